@@ -1,0 +1,30 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "lightcuts/math.h"
+#include "lightcuts/scene.h"
+
+namespace lightcuts {
+
+/// Virtual point light: a cosine lobe on one side of a surface. Area-light samples are of the same kind.
+/// Radiant intensity I(w) = intensity * max(dot(axis, w), 0).
+struct Vpl {
+  Vec3 position;   ///< [m], world space
+  Vec3 axis;       ///< unit normal of the emitting side
+  Vec3 intensity;  ///< along the axis [W/sr]
+};
+
+/// All the lights that a pixel sums over. The three kinds stay apart because their bounds differ.
+struct Lights {
+  std::vector<Vpl> vpls;                       ///< area-light samples first, then the VPLs of light paths
+  std::vector<PointLight> points;              ///< point and spot lights of the scene
+  std::vector<DirectionalLight> directionals;  ///< directional lights and samples of the environment
+  std::uint64_t primary_count = 0;             ///< how many of `vpls` lie on area lights
+  std::uint64_t path_count = 0;                ///< light paths that were traced
+
+  [[nodiscard]] std::uint64_t count() const { return vpls.size() + points.size() + directionals.size(); }
+};
+
+}  // namespace lightcuts

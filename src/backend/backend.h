@@ -1,0 +1,55 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "lightcuts/lights.h"
+#include "lightcuts/render.h"
+#include "lightcuts/scene.h"
+#include "backend/light_tree.h"
+
+namespace lightcuts {
+
+/// What shading one picture yields beside its planes.
+struct ShadeResult {
+  Image image;
+  bool complete = true;
+};
+
+/// The stages of a picture on some processor. A backend keeps what a stage made (scene, lights, tree) where the next
+/// stage needs it, so that a second picture with another camera costs only its shading; every stage's result can also
+/// be taken out and put in, so that two backends are compared a stage at a time.
+///
+/// Order: set_scene, then set_lights or trace_vpls, then set_light_tree or build_light_tree (lightcuts only), then
+/// shade as often as wanted. Progress callbacks return false to stop; a stage that was stopped leaves nothing behind,
+/// except shade, which returns what it has.
+class Backend {
+ public:
+  virtual ~Backend() = default;
+
+  /// "cpu: AVX-512, 2 threads" or the GPU's name.
+  [[nodiscard]] virtual std::string device_name() const = 0;
+
+  /// Builds the acceleration structure. The scene must be valid and outlive the backend's use of it.
+  virtual void set_scene(const Scene& scene, const ProgressFn& progress) = 0;
+
+  /// Makes all lights of the sum: samples of area lights and environment, VPLs, punctual lights.
+  /// Throws Error{no_emitter}.
+  virtual void trace_vpls(const VplOptions& options, const ProgressFn& progress) = 0;
+  virtual void set_lights(Lights lights) = 0;
+  [[nodiscard]] virtual const Lights& lights() = 0;
+
+  /// Builds the light trees over the current lights.
+  virtual void build_light_tree(const TreeOptions& options, const ProgressFn& progress) = 0;
+  virtual void set_light_tree(LightTrees trees) = 0;
+  [[nodiscard]] virtual const LightTrees& light_trees() = 0;
+
+  /// Renders. Layers as in RenderResult::image. `statistics` receives cut, clamped, shadow_maps, rays, pairs.
+  virtual ShadeResult shade(const Camera& camera, int width, int height, const ShadeOptions& options,
+                            std::uint64_t memory_bytes, Statistics& statistics, const ProgressFn& progress) = 0;
+};
+
+}  // namespace lightcuts

@@ -28,13 +28,6 @@ Image load_image(const std::filesystem::path& path);
 /// Throws Error{invalid_argument, cannot_write, disk_full}.
 void save_image(const std::filesystem::path& path, const Image& image);
 
-/// 8-bit RGB picture, row by row from the top left, as it goes to a screen (sRGB-encoded).
-struct DisplayImage {
-  int width = 0;
-  int height = 0;
-  std::vector<std::uint8_t> rgb;
-};
-
 /// Writes a .png; same guarantees and errors as save_image.
 void save_png(const std::filesystem::path& path, const DisplayImage& image);
 

@@ -5,8 +5,6 @@
 #include <ImfOutputFile.h>
 #include <ImfStringAttribute.h>
 
-#include <algorithm>
-#include <cstring>
 #include <exception>
 #include <set>
 
@@ -45,7 +43,7 @@ Imf::Header make_header(const Image& image) {
   header.compression() = Imf::ZIP_COMPRESSION;
   for (const auto& [name, text] : image.attributes) {
     require_name(name, "an attribute");
-    if (header.find(name.c_str()) != header.end()) {
+    if (is_exr_format_attribute(name)) {
       throw Error(Code::invalid_argument, "the attribute '" + name + "' belongs to the OpenEXR format itself");
     }
     header.insert(name.c_str(), Imf::StringAttribute(text));
@@ -62,6 +60,12 @@ Imf::Header make_header(const Image& image) {
 }
 
 }  // namespace
+
+bool is_exr_format_attribute(const std::string& name) {
+  static const std::set<std::string> kOptional{"chunkCount", "name", "preview", "tiles", "type", "version", "view"};
+  static const Imf::Header kRequired;
+  return kOptional.contains(name) || kRequired.find(name.c_str()) != kRequired.end();
+}
 
 void write_exr(AtomicFile& file, const Image& image) {
   Imf::FrameBuffer planes;

@@ -18,6 +18,8 @@ inline constexpr std::uint64_t kImageBudget = std::uint64_t{1} << 30;
 /// OpenEXR: scan lines, ZIP, every plane as 32-bit float, attributes as strings.
 /// Throws Error{invalid_argument, cannot_write, disk_full}; the caller commits.
 void write_exr(AtomicFile& file, const Image& image);
+/// True for an attribute that says how the file is laid out, which no picture may bring along as text.
+bool is_exr_format_attribute(const std::string& name);
 /// The first part's largest level, all channels as float, placed in the display window.
 /// `name` is for messages. Throws Error{malformed, unsupported, out_of_memory}.
 Image read_exr(std::span<const std::byte> bytes, const std::string& name);

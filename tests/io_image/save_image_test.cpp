@@ -5,10 +5,9 @@
 #include <sys/stat.h>
 
 #include <csignal>
-#include <functional>
 
+#include "io_image/errors.h"
 #include "io_image/temporary_folder.h"
-#include "lightcuts/error.h"
 #include "lightcuts/io.h"
 
 namespace lightcuts {
@@ -16,17 +15,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using testing::HasSubstr;
-
-/// Runs `action` and expects an Error of that code whose sentence contains `part`.
-void expect_error(Code code, const std::string& part, const std::function<void()>& action) {
-  try {
-    action();
-    ADD_FAILURE() << "no error, but one about '" << part << "' was expected";
-  } catch (const Error& e) {
-    EXPECT_EQ(e.code(), code) << e.what();
-    EXPECT_THAT(e.what(), HasSubstr(part));
-  }
-}
 
 /// Files of this process may not grow beyond `bytes` while this lives: a full disk that needs no disk.
 class FileSizeLimit {

@@ -19,8 +19,8 @@ struct LoadedScene {
 /// The result is validated. Throws Error{file_missing, malformed, unsupported, invalid_scene, out_of_memory}.
 LoadedScene load_scene(const std::filesystem::path& path);
 
-/// Reads a picture: .exr (all channels of the first part), .hdr, .png or .jpg (decoded from sRGB to linear R, G, B[, A]).
-/// Throws Error{file_missing, malformed, unsupported, out_of_memory}.
+/// Reads a picture: .exr (all channels of the first part), .hdr, .png or .jpg (decoded from sRGB to linear R, G, B and A
+/// where there is one). Throws Error{file_missing, malformed, unsupported, out_of_memory}.
 Image load_image(const std::filesystem::path& path);
 
 /// Writes .exr (all planes, 32-bit float, ZIP, attributes as strings) or .hdr (R, G, B), told by the ending.

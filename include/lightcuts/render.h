@@ -27,12 +27,12 @@ inline constexpr int kUnlimitedBounces = std::numeric_limits<int>::max();
 
 /// How the scene's light becomes VPLs.
 struct VplOptions {
-  std::uint64_t count = 10000;        ///< VPLs wanted, those on area lights (a quarter) included; met within 5 %
-  std::uint64_t primary_lights = 0;   ///< the study's layout where both are set: N on the lights,
-  std::uint64_t vpls_per_light = 0;   ///< each shooting K
-  int bounces = kUnlimitedBounces;    ///< reflections of a light path, its last deposit counted; 0: none
+  std::uint64_t count = 10000;       ///< VPLs wanted, those on area lights (a quarter) included; met within 5 %
+  std::uint64_t primary_lights = 0;  ///< the study's layout where both are set: N on the lights,
+  std::uint64_t vpls_per_light = 0;  ///< each shooting K
+  int bounces = kUnlimitedBounces;   ///< reflections of a light path, its last deposit counted; 0: none
   Deposit deposit = Deposit::physical;
-  float deposit_distance = 0;         ///< reference distance of Deposit::study [m], > 0
+  float deposit_distance = 0;  ///< reference distance of Deposit::study [m], > 0
   Sequence sequence = Sequence::sobol;
   std::uint64_t seed = 1;
 };
@@ -48,20 +48,20 @@ struct TreeOptions {
 struct ShadeOptions {
   Method method = Method::instant_radiosity;
   Visibility visibility = Visibility::rays;
-  float error = 0.02f;          ///< bound on each cut node relative to the pixel's total
-  std::uint32_t max_cut = 0;    ///< largest cut, 0: none
+  float error = 0.02f;        ///< bound on each cut node relative to the pixel's total
+  std::uint32_t max_cut = 0;  ///< largest cut, 0: none
   CutWalk cut = CutWalk::packet;
-  int ism_size = 64;            ///< texels a side
-  int ism_points = 8000;        ///< points splatted a map
-  float min_distance = 0.01f;   ///< clamp of the VPL singularity, as a fraction of the scene's diagonal
-  int samples = 0;              ///< camera samples a pixel; 0: 1, or 64 for Method::path
+  int ism_size = 64;                ///< texels a side
+  int ism_points = 8000;            ///< points splatted a map
+  float min_distance = 0.01f;       ///< clamp of the VPL singularity, as a fraction of the scene's diagonal
+  int samples = 0;                  ///< camera samples a pixel; 0: 1, or 64 for Method::path
   int bounces = kUnlimitedBounces;  ///< of Method::path: bounces + 1 reflections in all
   std::uint64_t seed = 1;
 };
 
 /// Everything `render` needs beside the scene.
 struct RenderOptions {
-  int width = 0;   ///< [pixels], 0: the scene's, else one megapixel of the camera's shape
+  int width = 0;  ///< [pixels], 0: the scene's, else one megapixel of the camera's shape
   int height = 0;
   VplOptions vpls;
   TreeOptions tree;
@@ -75,16 +75,35 @@ struct RenderOptions {
 /// What was done; the members are the `--stats` file's, units in their names.
 struct Statistics {
   std::string device;
-  struct { std::uint64_t triangles = 0, emitters = 0, lights = 0; } scene;
-  struct { std::uint64_t count = 0, primary = 0, paths = 0; } vpls;
-  struct { std::uint64_t nodes = 0, depth = 0; } tree;
-  struct { double mean = 0; std::uint64_t max = 0; double at_limit = 0; std::uint64_t lights_used = 0; } cut;
+  struct {
+    std::uint64_t triangles = 0, emitters = 0, lights = 0;
+  } scene;
+  struct {
+    std::uint64_t count = 0, primary = 0, paths = 0;
+  } vpls;
+  struct {
+    std::uint64_t nodes = 0, depth = 0;
+  } tree;
+  struct {
+    double mean = 0;
+    std::uint64_t max = 0;
+    double at_limit = 0;
+    std::uint64_t lights_used = 0;
+  } cut;
   double clamped = 0;  ///< share of the energy that the minimum distance took
-  struct { std::uint64_t count = 0; int size = 0; std::uint64_t bytes = 0; } shadow_maps;
+  struct {
+    std::uint64_t count = 0;
+    int size = 0;
+    std::uint64_t bytes = 0;
+  } shadow_maps;
   std::uint64_t rays = 0;
   std::uint64_t pairs = 0;  ///< pixel-light pairs evaluated
-  struct { double load = 0, bvh = 0, vpls = 0, tree = 0, shadow_maps = 0, shade = 0, write = 0, total = 0; } time_ms;
-  struct { std::uint64_t host_peak = 0, device_peak = 0; } memory_bytes;
+  struct {
+    double load = 0, bvh = 0, vpls = 0, tree = 0, shadow_maps = 0, shade = 0, write = 0, total = 0;
+  } time_ms;
+  struct {
+    std::uint64_t host_peak = 0, device_peak = 0;
+  } memory_bytes;
 };
 
 /// Told how far a stage is; returns false to stop early. Called from one thread at a time, but not always the same.

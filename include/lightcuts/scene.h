@@ -62,12 +62,12 @@ struct Material {
 /// Indexed triangles with one material, in a space of their own. Counter-clockwise corners face the front.
 struct Mesh {
   std::string name;
-  std::vector<Vec3> positions;                           ///< [m]
-  std::vector<Vec3> normals;                             ///< shading normals, empty (flat) or one a position
-  std::array<std::vector<Vec2>, 2> texcoords;            ///< each empty or one a position; v points down as in glTF
-  std::vector<std::array<std::uint8_t, 4>> colors;       ///< linear RGBA / 255, empty or one a position
-  std::vector<std::array<std::uint32_t, 3>> triangles;   ///< indices into positions
-  std::uint32_t material = 0;                            ///< index into Scene::materials
+  std::vector<Vec3> positions;                          ///< [m]
+  std::vector<Vec3> normals;                            ///< shading normals, empty (flat) or one a position
+  std::array<std::vector<Vec2>, 2> texcoords;           ///< each empty or one a position; v points down as in glTF
+  std::vector<std::array<std::uint8_t, 4>> colors;      ///< linear RGBA / 255, empty or one a position
+  std::vector<std::array<std::uint32_t, 3>> triangles;  ///< indices into positions
+  std::uint32_t material = 0;                           ///< index into Scene::materials
 };
 
 /// A mesh placed in the world. The mesh is not copied.
@@ -103,10 +103,10 @@ struct Environment {
 /// Looks along -z of its own space, +y up; pixels are square.
 struct Camera {
   std::string name;
-  Affine world_from_camera;      ///< orthonormal axes
-  float vertical_fov_rad = 0.8f; ///< full angle, (0, pi); unused where orthographic_height is set
-  float orthographic_height = 0; ///< above 0: orthographic, the height of what is seen [m]
-  float aspect = 0;              ///< width / height the author meant, 0: not said
+  Affine world_from_camera;       ///< orthonormal axes
+  float vertical_fov_rad = 0.8f;  ///< full angle, (0, pi); unused where orthographic_height is set
+  float orthographic_height = 0;  ///< above 0: orthographic, the height of what is seen [m]
+  float aspect = 0;               ///< width / height the author meant, 0: not said
 };
 
 /// Everything that is rendered. Plain values; `validate` checks and repairs them.
@@ -120,7 +120,7 @@ struct Scene {
   std::vector<DirectionalLight> directional_lights;
   std::optional<Environment> environment;
   std::vector<Camera> cameras;
-  int width = 0;   ///< size the author meant [pixels], 0: not said
+  int width = 0;  ///< size the author meant [pixels], 0: not said
   int height = 0;
 };
 

@@ -6,10 +6,10 @@
 #include <string_view>
 #include <vector>
 
+#include "backend/light_tree.h"
 #include "lightcuts/lights.h"
 #include "lightcuts/render.h"
 #include "lightcuts/scene.h"
-#include "backend/light_tree.h"
 
 namespace lightcuts {
 

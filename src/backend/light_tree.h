@@ -21,7 +21,7 @@ struct alignas(64) LightNode {
   std::uint32_t representative = 0;  ///< index of the light that stands for the cluster
   /// Index of the child that carries the representative; the other child is the next node. kNone for a leaf.
   std::uint32_t first_child = kNone;
-  std::uint32_t leaf_count = 1;      ///< lights below
+  std::uint32_t leaf_count = 1;  ///< lights below
 
   [[nodiscard]] LC_FN bool is_leaf() const { return first_child == kNone; }
   [[nodiscard]] LC_FN std::uint32_t second_child() const { return first_child + 1; }

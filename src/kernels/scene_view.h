@@ -28,9 +28,9 @@ struct MaterialView {
 
 struct MeshView {
   const Vec3* positions = nullptr;
-  const Vec3* normals = nullptr;                     ///< or nullptr: flat
-  const Vec2* texcoords[2] = {nullptr, nullptr};     ///< or nullptr
-  const std::uint8_t (*colors)[4] = nullptr;         ///< or nullptr
+  const Vec3* normals = nullptr;                  ///< or nullptr: flat
+  const Vec2* texcoords[2] = {nullptr, nullptr};  ///< or nullptr
+  const std::uint8_t (*colors)[4] = nullptr;      ///< or nullptr
   const std::uint32_t (*triangles)[3] = nullptr;
   std::uint32_t triangle_count = 0;
   std::uint32_t material = 0;

@@ -12,10 +12,18 @@
 #define LC_FN [[gnu::always_inline]] constexpr
 #endif
 
+/// Marks a larger kernel that CPU and GPU share and that no SIMD lane runs: an ordinary inline function.
+#if defined(__CUDACC__)
+#define LC_KERNEL __host__ __device__ inline
+#else
+#define LC_KERNEL inline
+#endif
+
 namespace lightcuts {
 
 inline constexpr float kPi = 3.14159265358979323846f;
 inline constexpr float kInvPi = 0.31830988618379067154f;
+inline constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 template <class T>
 LC_FN T min_of(T a, T b) {
@@ -125,10 +133,8 @@ LC_FN T luminance(Vec3T<T> rgb) {
 
 /// Axis-aligned box [m]; empty until something is added.
 struct Box {
-  Vec3 lo{std::numeric_limits<float>::infinity(), std::numeric_limits<float>::infinity(),
-          std::numeric_limits<float>::infinity()};
-  Vec3 hi{-std::numeric_limits<float>::infinity(), -std::numeric_limits<float>::infinity(),
-          -std::numeric_limits<float>::infinity()};
+  Vec3 lo{kInfinity, kInfinity, kInfinity};
+  Vec3 hi{-kInfinity, -kInfinity, -kInfinity};
 };
 LC_FN Box extend(Box b, Vec3 p) { return {min_of(b.lo, p), max_of(b.hi, p)}; }
 LC_FN Box extend(Box a, Box b) { return {min_of(a.lo, b.lo), max_of(a.hi, b.hi)}; }

@@ -33,8 +33,9 @@ constexpr std::size_t kMaxNameLength = 255;
 
 void require_name(const std::string& name, const char* what) {
   if (name.empty() || name.size() > kMaxNameLength || name.find('\0') != std::string::npos) {
-    throw Error(Code::invalid_argument, std::string("the name of ") + what + " of an OpenEXR picture has 1 to 255 bytes, '" +
-                                            name.substr(0, 40) + "' has not");
+    throw Error(Code::invalid_argument, std::string("the name of ") + what +
+                                            " of an OpenEXR picture has 1 to 255 bytes, '" + name.substr(0, 40) +
+                                            "' has not");
   }
 }
 

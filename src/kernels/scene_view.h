@@ -15,13 +15,22 @@ struct ImageView {
   std::int32_t width = 0, height = 0, channels = 0;
 };
 
+/// TextureRef without std::array, whose members device code cannot call.
+struct TextureView {
+  std::uint32_t image = kNone;  ///< kNone: no texture
+  std::uint8_t texcoord = 0;
+  Wrap wrap_u = Wrap::repeat, wrap_v = Wrap::repeat;
+  bool nearest = false;
+  float uv_transform[6] = {1, 0, 0, 0, 1, 0};
+};
+
 struct MaterialView {
   Vec3 base_color;
   float alpha = 1;
   Vec3 emission;
   float alpha_cutoff = 0;  ///< meaningful where `masked`
-  TextureRef base_color_texture;
-  TextureRef emission_texture;
+  TextureView base_color_texture;
+  TextureView emission_texture;
   bool masked = false;
   bool double_sided = false;
 };
@@ -46,6 +55,7 @@ struct SceneView {
   const MaterialView* materials = nullptr;
   const MeshView* meshes = nullptr;
   const InstanceView* instances = nullptr;
+  const float* linear_from_srgb = nullptr;  ///< 256 entries: decodes a byte of a colour texture
   std::uint32_t image_count = 0, material_count = 0, mesh_count = 0, instance_count = 0;
   Box bounds;          ///< world space
   float diagonal = 0;  ///< of `bounds` [m]
@@ -56,12 +66,12 @@ struct Ray {
   Vec3 origin;
   float t_min = 0;
   Vec3 direction;
-  float t_max = std::numeric_limits<float>::infinity();
+  float t_max = kInfinity;
 };
 
 /// Where a ray met a triangle: barycentric (u, v) weigh corners 1 and 2.
 struct Hit {
-  float t = std::numeric_limits<float>::infinity();
+  float t = kInfinity;
   float u = 0, v = 0;
   std::uint32_t instance = kNone;  ///< kNone: nothing was hit
   std::uint32_t triangle = 0;      ///< within the instance's mesh

@@ -48,7 +48,7 @@ Image noise_image(int width, int height) {
 }
 
 mode_t mode_of(const fs::path& path) {
-  struct stat info{};
+  struct stat info {};
   stat(path.c_str(), &info);
   return info.st_mode & 07777;
 }
@@ -102,7 +102,8 @@ TEST(AtomicWriting, FullDiskKeepsTheOldFileAndLeavesNothing) {
   const Image image = noise_image(200, 200);
   DisplayImage display{200, 200, {}};
   for (const Channel& channel : image.channels) {
-    for (const float v : channel.values) display.rgb.push_back(static_cast<std::uint8_t>(static_cast<std::uint32_t>(v)));
+    for (const float v : channel.values)
+      display.rgb.push_back(static_cast<std::uint8_t>(static_cast<std::uint32_t>(v)));
   }
   for (const char* name : {"a.exr", "a.hdr", "a.png", "a.json"}) {
     write_whole(folder / name, "old");

@@ -53,7 +53,7 @@ bool may_write(const fs::path& place, const struct stat& info) {
 }
 
 void require_folder(const fs::path& path, const fs::path& folder) {
-  struct stat info{};
+  struct stat info {};
   if (stat(folder.c_str(), &info) != 0) {
     if (errno != ENOENT) throw_write_error(path, errno);
     throw Error(Code::cannot_write, quoted(path) + " cannot be written: the folder " + quoted(folder) +
@@ -71,7 +71,7 @@ void require_folder(const fs::path& path, const fs::path& folder) {
 
 /// What stands under the target's name: st_mode, or 0 if nothing does.
 struct stat existing_file(const fs::path& path, const fs::path& target) {
-  struct stat info{};
+  struct stat info {};
   if (stat(target.c_str(), &info) != 0) {
     if (errno != ENOENT && errno != ENOTDIR) throw_write_error(path, errno);
     return {};
@@ -80,8 +80,9 @@ struct stat existing_file(const fs::path& path, const fs::path& target) {
     throw Error(Code::cannot_write, quoted(path) + " cannot be written: it is a folder; name a file inside it");
   }
   if (!may_write(target, info)) {
-    throw Error(Code::cannot_write,
-                quoted(path) + " exists and is read-only; make it writable (chmod u+w), remove it or choose another name");
+    throw Error(
+        Code::cannot_write,
+        quoted(path) + " exists and is read-only; make it writable (chmod u+w), remove it or choose another name");
   }
   return info;
 }

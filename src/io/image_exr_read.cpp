@@ -55,7 +55,8 @@ class HeaderCheck {
   void run() {
     offset_ = 4;  // after the magic number
     const std::uint32_t version = read_u32();
-    if (!Imf::supportsFlags(Imf::getFlags(static_cast<int>(version))) || Imf::getVersion(static_cast<int>(version)) != 2) {
+    if (!Imf::supportsFlags(Imf::getFlags(static_cast<int>(version))) ||
+        Imf::getVersion(static_cast<int>(version)) != 2) {
       throw_malformed(name_, "its version or its flags are unknown");
     }
     const bool many_parts = Imf::isMultiPart(static_cast<int>(version));
@@ -138,7 +139,8 @@ void check_sizes(const Imf::Header& header, std::size_t file_size, const std::st
     needed += bytes_per_pixel(header) * tiles.xSize * tiles.ySize;
   }
   if (needed > static_cast<double>(kImageBudget)) {
-    throw Error(Code::out_of_memory, "'" + name + "' would take " + std::to_string(static_cast<std::uint64_t>(needed / (1 << 20))) +
+    throw Error(Code::out_of_memory, "'" + name + "' would take " +
+                                         std::to_string(static_cast<std::uint64_t>(needed / (1 << 20))) +
                                          " MiB, more than the limit of 1024 MiB for a picture; make it smaller");
   }
   // No compression of the format reaches this ratio on a picture worth loading; damaged headers do.
@@ -167,8 +169,10 @@ Plane make_plane(const Imf::Channel& channel, const Window& data) {
 
 /// Copies the part of the data window that lies in the display window; the rest of `target` stays 0.
 void place(const Plane& plane, const Window& data, const Window& display, std::vector<float>& target) {
-  const std::int64_t x_begin = std::max(data.x, display.x), x_end = std::min(data.x + data.width, display.x + display.width);
-  const std::int64_t y_begin = std::max(data.y, display.y), y_end = std::min(data.y + data.height, display.y + display.height);
+  const std::int64_t x_begin = std::max(data.x, display.x),
+                     x_end = std::min(data.x + data.width, display.x + display.width);
+  const std::int64_t y_begin = std::max(data.y, display.y),
+                     y_end = std::min(data.y + data.height, display.y + display.height);
   for (std::int64_t y = y_begin; y < y_end; ++y) {
     const std::int64_t source_row = (y - data.y) / plane.y_sampling * plane.width;
     const std::int64_t target_row = (y - display.y) * display.width - display.x;
@@ -249,7 +253,8 @@ Image read_exr(std::span<const std::byte> bytes, const std::string& name) {
     Imf::MultiPartInputFile file(input, 0, false);
     const Imf::Header& header = file.header(0);
     if (header.hasType() && Imf::isDeepData(header.type())) {
-      throw Error(Code::unsupported, "'" + name + "' holds deep data (many samples a pixel): flatten it to a plain picture first");
+      throw Error(Code::unsupported,
+                  "'" + name + "' holds deep data (many samples a pixel): flatten it to a plain picture first");
     }
     check_sizes(header, bytes.size(), name);
     Image image = read_first_part(file);

@@ -41,7 +41,8 @@ struct Axis {
 /// "+X 640" at the front of `text`, which moves behind it.
 std::optional<Axis> take_axis(std::string_view& text) {
   while (text.starts_with(' ')) text.remove_prefix(1);
-  if (text.size() < 4 || (text[0] != '+' && text[0] != '-') || (text[1] != 'X' && text[1] != 'Y') || text[2] != ' ') return {};
+  if (text.size() < 4 || (text[0] != '+' && text[0] != '-') || (text[1] != 'X' && text[1] != 'Y') || text[2] != ' ')
+    return {};
   Axis axis{text[1] == 'Y', text[0] == '+', 0};
   text.remove_prefix(3);
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), axis.size);
@@ -82,7 +83,8 @@ class HdrReader {
     std::vector<Rgbe> line(static_cast<std::size_t>(layout->line_length));
     for (int i = 0; i < layout->line_count; ++i) {
       read_scan_line(line);
-      for (int j = 0; j < layout->line_length; ++j) store(line[static_cast<std::size_t>(j)], layout->pixel(i, j), image);
+      for (int j = 0; j < layout->line_length; ++j)
+        store(line[static_cast<std::size_t>(j)], layout->pixel(i, j), image);
     }
     return image;
   }
@@ -102,13 +104,13 @@ class HdrReader {
     take_line();  // "#?RADIANCE" or another program's name
     for (std::string_view line = take_line(); !line.empty(); line = take_line()) {
       if (line.starts_with("FORMAT=") && line.substr(7) != "32-bit_rle_rgbe") {
-        throw Error(Code::unsupported,
-                    "'" + name_ + "' is a Radiance picture of the format '" + std::string(line.substr(7, 40)) +
-                        "'; convert it to 32-bit_rle_rgbe");
+        throw Error(Code::unsupported, "'" + name_ + "' is a Radiance picture of the format '" +
+                                           std::string(line.substr(7, 40)) + "'; convert it to 32-bit_rle_rgbe");
       }
       if (line.starts_with("EXPOSURE=")) {
         const std::optional<double> exposure = parse_number(line.substr(9));
-        if (!exposure || !(*exposure > 0) || !std::isfinite(*exposure)) throw_malformed(name_, "its EXPOSURE is not a positive number");
+        if (!exposure || !(*exposure > 0) || !std::isfinite(*exposure))
+          throw_malformed(name_, "its EXPOSURE is not a positive number");
         scale_ /= *exposure;
       }
     }
@@ -117,9 +119,9 @@ class HdrReader {
   void check_size(const Layout& layout) const {
     const double pixels = static_cast<double>(layout.line_count) * layout.line_length;
     if (pixels * sizeof(Vec3) > static_cast<double>(kImageBudget)) {
-      throw Error(Code::out_of_memory, "'" + name_ + "' has " + std::to_string(layout.width()) + " x " +
-                                           std::to_string(layout.height()) +
-                                           " pixels, more than fit the limit of 1024 MiB for a picture; make it smaller");
+      throw Error(Code::out_of_memory,
+                  "'" + name_ + "' has " + std::to_string(layout.width()) + " x " + std::to_string(layout.height()) +
+                      " pixels, more than fit the limit of 1024 MiB for a picture; make it smaller");
     }
     // A run of at most 127 bytes takes 2, in each of four components; repeats of whole pixels give more.
     if (pixels > 65536 + 4096.0 * static_cast<double>(text_.size())) {
@@ -176,7 +178,8 @@ class HdrReader {
         continue;
       }
       const std::size_t count = shift > 24 ? line.size() : static_cast<std::size_t>(texel[3]) << shift;
-      if (i == 0 || count > line.size() - i) throw_malformed(name_, "a repeat of a pixel has nothing to repeat or is too long");
+      if (i == 0 || count > line.size() - i)
+        throw_malformed(name_, "a repeat of a pixel has nothing to repeat or is too long");
       std::fill_n(line.begin() + static_cast<std::ptrdiff_t>(i), count, line[i - 1]);
       i += count;
       shift += 8;

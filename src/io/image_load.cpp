@@ -71,7 +71,8 @@ Image load_image(const std::filesystem::path& path) {
 
   const std::string ending = lower_case_ending(path);
   for (const char* known : {".exr", ".hdr", ".png", ".jpg", ".jpeg"}) {
-    if (ending == known) throw Error(Code::malformed, "'" + name + "' does not hold what its ending " + ending + " promises");
+    if (ending == known)
+      throw Error(Code::malformed, "'" + name + "' does not hold what its ending " + ending + " promises");
   }
   throw Error(Code::unsupported, "'" + name + "' is no picture of a known format: OpenEXR, Radiance HDR, PNG or JPEG");
 }

@@ -62,8 +62,8 @@ void save_png(const std::filesystem::path& path, const DisplayImage& image) {
   if (lower_case_ending(path) != ".png") throw_unknown_ending(path, ".png", Code::invalid_argument);
   require_size(image.width, image.height);
   if (image.rgb.size() != std::size_t{3} * image.width * image.height) {
-    throw Error(Code::invalid_argument, "the picture for '" + path.string() + "' has " + std::to_string(image.rgb.size()) +
-                                            " bytes, not three a pixel");
+    throw Error(Code::invalid_argument, "the picture for '" + path.string() + "' has " +
+                                            std::to_string(image.rgb.size()) + " bytes, not three a pixel");
   }
   write_file(path, encode_png(image));
 }

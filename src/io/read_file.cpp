@@ -17,11 +17,12 @@ std::vector<std::byte> read_file(const std::filesystem::path& path, std::uint64_
   errno = 0;
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), &std::fclose);
   if (file == nullptr) {
-    throw Error(Code::file_missing, "'" + path.string() + "' cannot be opened: " + std::generic_category().message(errno));
+    throw Error(Code::file_missing,
+                "'" + path.string() + "' cannot be opened: " + std::generic_category().message(errno));
   }
   const auto too_large = [&] {
-    throw Error(Code::out_of_memory,
-                "'" + path.string() + "' is larger than the " + std::to_string(max_bytes >> 20) + " MiB that are read of such a file");
+    throw Error(Code::out_of_memory, "'" + path.string() + "' is larger than the " + std::to_string(max_bytes >> 20) +
+                                         " MiB that are read of such a file");
   };
   // The size serves as a first guess only: pipes have none, and files change.
   const std::uint64_t expected = std::filesystem::file_size(path, error);
@@ -34,7 +35,8 @@ std::vector<std::byte> read_file(const std::filesystem::path& path, std::uint64_
     count = std::fread(bytes.data() + size, 1, bytes.size() - size, file.get());
   }
   if (std::ferror(file.get()) != 0) {
-    throw Error(Code::file_missing, "'" + path.string() + "' cannot be read: " + std::generic_category().message(errno));
+    throw Error(Code::file_missing,
+                "'" + path.string() + "' cannot be read: " + std::generic_category().message(errno));
   }
   bytes.resize(size);
   return bytes;

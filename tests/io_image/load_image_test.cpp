@@ -39,8 +39,9 @@ TEST(ExrRoundTrip, EveryBitOfEveryPlaneAndEveryAttributeComesBack) {
   for (Channel& channel : image.channels) {
     for (float& v : channel.values) v = std::bit_cast<float>(bits = bits * 1664525u + 1013904223u);
   }
-  image.channels[0].values = {0,     -0.0f, kInf, -kInf, std::numeric_limits<float>::quiet_NaN(), -1,        1e-45f, 3.4e38f,
-                              1e-30f, 0.1f,  7,    -7,    16777216,                               -1.5e-20f, 65504};
+  image.channels[0].values = {0,  -0.0f,  kInf,     -kInf,     std::numeric_limits<float>::quiet_NaN(),
+                              -1, 1e-45f, 3.4e38f,  1e-30f,    0.1f,
+                              7,  -7,     16777216, -1.5e-20f, 65504};
   image.attributes = {{"complete", "false"}, {"comments", "two\nlines \xc3\xa9"}};
   save_image(folder / "a.exr", image);
   const Image loaded = load_image(folder / "a.exr");
@@ -52,7 +53,8 @@ TEST(ExrRoundTrip, EveryBitOfEveryPlaneAndEveryAttributeComesBack) {
     const std::vector<float> back = values(loaded, channel.name);
     ASSERT_EQ(back.size(), channel.values.size());
     for (std::size_t i = 0; i < back.size(); ++i) {
-      EXPECT_EQ(std::bit_cast<std::uint32_t>(back[i]), std::bit_cast<std::uint32_t>(channel.values[i])) << channel.name << i;
+      EXPECT_EQ(std::bit_cast<std::uint32_t>(back[i]), std::bit_cast<std::uint32_t>(channel.values[i]))
+          << channel.name << i;
     }
   }
 }
@@ -62,7 +64,8 @@ TEST(ExrRoundTrip, LargePictureOfManyPlanes) {
   Image image = make_rgb_image(301, 203);
   for (int layer = 0; layer < 12; ++layer) ensure_channel(image, "layer" + std::to_string(layer) + ".v");
   for (std::size_t c = 0; c < image.channels.size(); ++c) {
-    for (std::size_t i = 0; i < image.pixel_count(); ++i) image.channels[c].values[i] = std::sin(static_cast<float>(i * (c + 1)));
+    for (std::size_t i = 0; i < image.pixel_count(); ++i)
+      image.channels[c].values[i] = std::sin(static_cast<float>(i * (c + 1)));
   }
   save_image(folder / "a.exr", image);
   const Image loaded = load_image(folder / "a.exr");
@@ -78,7 +81,8 @@ TEST(HdrRoundTrip, WithinThePrecisionOfTheFormat) {
       for (std::size_t i = 0; i < image.pixel_count(); ++i) {
         const bool constant = i % 97 < 50;  // long runs and noise
         image.channels[c].values[i] =
-            constant ? 0.25f : std::exp(30 * std::sin(static_cast<float>(i))) * (1 + std::cos(static_cast<float>(i * c)));
+            constant ? 0.25f
+                     : std::exp(30 * std::sin(static_cast<float>(i))) * (1 + std::cos(static_cast<float>(i * c)));
       }
     }
     save_image(folder / "a.hdr", image);

@@ -1,6 +1,6 @@
 # Gives the library its version() and commit(): one small file, written anew at each build if the commit changed.
 set(lightcuts_version_cpp ${PROJECT_BINARY_DIR}/generated/version.cpp)
-if(LIGHTCUTS_HAS_CUDA AND EXISTS ${PROJECT_SOURCE_DIR}/src/cuda/CMakeLists.txt)
+if(LIGHTCUTS_HAS_CUDA)
   set(built_with_cuda true)
 else()
   set(built_with_cuda false)

@@ -18,4 +18,4 @@ case ${1:-check} in
   fix) options=-i ;;
   *) options="--dry-run --Werror" ;;
 esac
-git ls-files -z --cached --others --exclude-standard '*.h' '*.cpp' '*.cu' '*.cuh' | xargs -0 -r -n 20 -P 2 $tool $options
+git ls-files -z --cached --others --exclude-standard '*.h' '*.cpp' '*.cu' '*.cuh' | xargs -0 -r $tool $options

@@ -14,8 +14,14 @@ if [ "$version" != $law ]; then
   exit 0
 fi
 
-case ${1:-check} in
-  fix) options=-i ;;
-  *) options="--dry-run --Werror" ;;
-esac
-git ls-files -z --cached --others --exclude-standard '*.h' '*.cpp' '*.cu' '*.cuh' | xargs -0 -r $tool $options
+list=$(mktemp)
+trap 'rm -f "$list" "$list.bad"' EXIT
+git ls-files --cached --others --exclude-standard '*.h' '*.cpp' '*.cu' '*.cuh' >"$list"
+if [ "${1:-check}" = fix ]; then
+  xargs -r $tool -i <"$list"
+else
+  while read -r file; do
+    $tool "$file" | cmp -s - "$file" || { echo "$file: not as ./dev format would lay it out" && touch "$list.bad"; }
+  done <"$list"
+  [ ! -e "$list.bad" ]
+fi

@@ -56,7 +56,7 @@ def lint(tool, build, entry):
     command = [tool, "-p", str(build), "--quiet", f"--header-filter={ROOT}/(include|src|apps|tests|bench)/.*",
                "--extra-arg=-Wno-unknown-warning-option", "--extra-arg=-Wno-ignored-optimization-argument", entry["file"]]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
-    return done.returncode == 0, done.stdout + ("" if done.returncode == 0 else done.stderr)
+    return done.returncode == 0, f"{entry['file']}:\n{done.stdout}{done.stderr}"
 
 
 def main():

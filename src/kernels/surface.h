@@ -38,6 +38,13 @@ LC_FN float transform_magnitude(const Affine& m, Vec3 p) {
 /// For points that are no Surface::position, which has been moved already; moving twice does no harm.
 LC_KERNEL Vec3 offset_point(Vec3 p, Vec3 ng) { return p + ng * (max_component(absolute(p)) * kSafeUlps + 1e-30f); }
 
+/// Where a ray to a point ends, as a share of the way: what the point lies on must not block it, and the rounding of a
+/// long ray grows with its length. A blocker that is nearer to the point than 1e-5 of the distance is not seen.
+inline constexpr float kShadowRayEnd = 1 - 1e-5f;
+
+/// The ray that tells whether `to` is seen from `from`. Both are Surface::position, or moved off like it.
+LC_FN Ray shadow_ray(Vec3 from, Vec3 to) { return {from, 0, to - from, kShadowRayEnd}; }
+
 LC_KERNEL TriangleGeometry triangle_geometry(const SceneView& scene, std::uint32_t instance, std::uint32_t triangle) {
   const InstanceView& placed = scene.instances[instance];
   const MeshView& mesh = scene.meshes[placed.mesh];

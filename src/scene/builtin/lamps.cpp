@@ -29,9 +29,9 @@ Vec3 lamp_position(std::uint64_t i) {
 
 /// Warm and cool regions that blend into each other, with luminance 1 everywhere.
 Vec3 lamp_color(Vec3 p) {
-  const float cool = 0.5f + 0.5f * std::sin(0.35f * p.x + 1.2f * std::sin(0.3f * p.z));
-  const float rose = 0.5f + 0.5f * std::sin(0.5f * p.z - 0.25f * p.x);
-  const Vec3 color = Vec3{1.0f, 0.62f, 0.28f} * (1 - cool) + (Vec3{0.35f, 0.7f, 1.0f} * (1 - rose) + Vec3{1.0f, 0.35f, 0.55f} * rose) * cool;
+  const float cool = 0.5f + 0.5f * std::sin(0.22f * p.x + 1.1f * std::sin(0.2f * p.z));
+  const float rose = 0.5f + 0.5f * std::sin(0.3f * p.z - 0.15f * p.x);
+  const Vec3 color = Vec3{1.0f, 0.5f, 0.15f} * (1 - cool) + (Vec3{0.2f, 0.55f, 1.0f} * (1 - rose) + Vec3{1.0f, 0.2f, 0.45f} * rose) * cool;
   return color / luminance(color);
 }
 
@@ -97,11 +97,11 @@ void place(Scene& scene, std::uint32_t mesh, Vec3 origin) {
 }
 
 void add_hall(Scene& scene) {
-  const auto wall = add_material(scene, "wall", {0.72f, 0.68f, 0.62f});
-  const auto floor = add_material(scene, "floor", {0.42f, 0.40f, 0.38f});
-  const auto dark = add_material(scene, "inlay", {0.16f, 0.15f, 0.16f});
-  const auto stone = add_material(scene, "stone", {0.66f, 0.62f, 0.55f});
-  const auto bronze = add_material(scene, "bronze", {0.45f, 0.30f, 0.18f});
+  const auto wall = add_material(scene, "wall", {0.6f, 0.57f, 0.53f});
+  const auto floor = add_material(scene, "floor", {0.3f, 0.28f, 0.27f});
+  const auto dark = add_material(scene, "inlay", {0.6f, 0.56f, 0.5f});
+  const auto stone = add_material(scene, "stone", {0.7f, 0.67f, 0.6f});
+  const auto bronze = add_material(scene, "bronze", {0.5f, 0.33f, 0.2f});
 
   Mesh walls, ground, inlay, steps;
   add_room(walls, kHall, "-y");

@@ -11,6 +11,9 @@ namespace lightcuts {
 struct Chromaticity {
   float a = 0, b = 0, chroma = 0;
 };
+LC_FN bool operator==(const Chromaticity& p, const Chromaticity& q) {
+  return p.a == q.a && p.b == q.b && p.chroma == q.chroma;
+}
 
 /// Largest difference of two colours of the sRGB gamut that are scaled to maximum 1: pure blue and pure green.
 inline constexpr float kLargestColourDifference = 87.0f;

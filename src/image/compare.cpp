@@ -29,9 +29,7 @@ std::vector<Vec3> finite_pixels(const Image& image, const char* which) {
                           which, std::count_if(first, pixels.end(), bad), index % image.width, index / image.width));
 }
 
-double squared(double x) {
-  return x * x;
-}
+double squared(double x) { return x * x; }
 
 /// Sum over all pixels and channels of fn(a, b).
 template <class Fn>

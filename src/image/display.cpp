@@ -34,13 +34,9 @@ float tone_curve(float x) {
 }
 
 /// sRGB transfer function of IEC 61966-2-1 for x in [0, 1].
-float encode_srgb(float x) {
-  return x <= 0.0031308f ? 12.92f * x : 1.055f * std::pow(x, 1 / 2.4f) - 0.055f;
-}
+float encode_srgb(float x) { return x <= 0.0031308f ? 12.92f * x : 1.055f * std::pow(x, 1 / 2.4f) - 0.055f; }
 
-std::uint8_t to_byte(float unit) {
-  return static_cast<std::uint8_t>(std::lround(255.0f * clamp_to(unit, 0.0f, 1.0f)));
-}
+std::uint8_t to_byte(float unit) { return static_cast<std::uint8_t>(std::lround(255.0f * clamp_to(unit, 0.0f, 1.0f))); }
 
 /// The colours known as viridis, at ten even steps of its parameter, sRGB.
 constexpr std::array<std::array<float, 3>, 10> kColours{{{68, 1, 84},

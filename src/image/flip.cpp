@@ -91,9 +91,7 @@ Vec3 hunt_lab_from_rgb(Vec3 rgb) {
 }
 
 /// City-block distance in lightness, Euclidean in chroma.
-float hyab(Vec3 a, Vec3 b) {
-  return std::abs(a.x - b.x) + std::hypot(a.y - b.y, a.z - b.z);
-}
+float hyab(Vec3 a, Vec3 b) { return std::abs(a.x - b.x) + std::hypot(a.y - b.y, a.z - b.z); }
 
 // ---- filters ----
 
@@ -105,9 +103,7 @@ Kernel make_kernel(int radius, const Fn& fn) {
   return kernel;
 }
 
-double sum(const Kernel& kernel) {
-  return std::accumulate(kernel.begin(), kernel.end(), 0.0);
-}
+double sum(const Kernel& kernel) { return std::accumulate(kernel.begin(), kernel.end(), 0.0); }
 
 void scale(Kernel& kernel, double factor) {
   for (float& w : kernel) w = static_cast<float>(w * factor);

@@ -47,9 +47,7 @@ void on_error(j_common_ptr info) {
 
 void on_message(j_common_ptr, int) {}  // warnings about padding and the like
 
-boolean on_empty(j_decompress_ptr info) {
-  leave(reinterpret_cast<j_common_ptr>(info), "the data ends too early");
-}
+boolean on_empty(j_decompress_ptr info) { leave(reinterpret_cast<j_common_ptr>(info), "the data ends too early"); }
 
 void on_skip(j_decompress_ptr info, long count) {
   if (count <= 0) return;

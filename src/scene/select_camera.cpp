@@ -35,7 +35,8 @@ std::array<float, 6> inward_coverage(const Scene& scene, Box box) {
     const Vec3 middle = (a + b + c) / 3.0f;
     for (int axis = 0; axis < 3; ++axis) {
       const float inward = component(doubled, axis);
-      const float place = (component(middle, axis) - component(box.lo, axis)) / std::fmax(component(size, axis), 1e-30f);
+      const float place =
+          (component(middle, axis) - component(box.lo, axis)) / std::fmax(component(size, axis), 1e-30f);
       if (place < 0.15f && inward > 0) area[static_cast<std::size_t>(2 * axis)] += 0.5 * inward;
       if (place > 0.85f && inward < 0) area[static_cast<std::size_t>(2 * axis + 1)] -= 0.5 * inward;
     }

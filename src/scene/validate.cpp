@@ -84,8 +84,8 @@ void validate_texture(TextureRef& texture, std::size_t image_count, const std::s
     refuse(name, fmt::format("takes its {} from image {}, but there are {}.", role, texture.image, image_count));
   }
   if (texture.texcoord > 1) {
-    refuse(name, fmt::format("reads its {} with texture coordinates {}; only sets 0 and 1 exist.", role,
-                             texture.texcoord));
+    refuse(name,
+           fmt::format("reads its {} with texture coordinates {}; only sets 0 and 1 exist.", role, texture.texcoord));
   }
   const bool usable = std::all_of(texture.uv_transform.begin(), texture.uv_transform.end(),
                                   [](float m) { return std::fabs(m) <= kLargestTexcoord; });
@@ -125,7 +125,8 @@ void add_missing_material(Scene& scene, Warnings& warnings) {
   white.name = "default";
   white.base_color = {0.8f, 0.8f, 0.8f};
   scene.materials.push_back(white);
-  warnings.push_back(fmt::format("{} had no material and became light grey.", count == 1 ? "1 mesh" : fmt::format("{} meshes", count)));
+  warnings.push_back(fmt::format("{} had no material and became light grey.",
+                                 count == 1 ? "1 mesh" : fmt::format("{} meshes", count)));
 }
 
 // ---- instances
@@ -217,8 +218,8 @@ void validate_directional_lights(Scene& scene, Warnings& warnings) {
     if (!make_unit(light.direction)) refuse(name, "has no direction.");
     clamp_light(light.irradiance, name, "its irradiance", warnings);
   }
-  const auto dark = std::erase_if(scene.directional_lights,
-                                  [](const DirectionalLight& light) { return is_dark(light.irradiance); });
+  const auto dark =
+      std::erase_if(scene.directional_lights, [](const DirectionalLight& light) { return is_dark(light.irradiance); });
   if (dark > 0) warnings.push_back(fmt::format("Removed {} without irradiance.", counted(dark, "directional light")));
 }
 
@@ -241,7 +242,8 @@ void validate_environment_image(Environment& environment, Warnings& warnings) {
     for (float& value : channel.values) clamp_into(value, 0, kLargestRadiance);
   }
   environment.image = repaired;
-  warnings.push_back(fmt::format("The environment: clamped {} to 0 ... {:g}.", counted(bad, "value"), kLargestRadiance));
+  warnings.push_back(
+      fmt::format("The environment: clamped {} to 0 ... {:g}.", counted(bad, "value"), kLargestRadiance));
 }
 
 void validate_environment(Scene& scene, Warnings& warnings) {

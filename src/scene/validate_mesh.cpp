@@ -48,9 +48,7 @@ void check_counts(const Mesh& mesh, const std::string& name) {
 }
 
 void check_indices(const Mesh& mesh, const std::string& name) {
-  const auto outside = [&](const Triangle& t) {
-    return std::max({t[0], t[1], t[2]}) >= mesh.positions.size();
-  };
+  const auto outside = [&](const Triangle& t) { return std::max({t[0], t[1], t[2]}) >= mesh.positions.size(); };
   if (count_where(mesh.triangles.size(), [&](std::size_t i) { return outside(mesh.triangles[i]); }) == 0) return;
   const auto found = std::find_if(mesh.triangles.begin(), mesh.triangles.end(), outside);
   refuse(name, fmt::format("refers to position {} in triangle {}, but has {} positions.",
@@ -79,20 +77,18 @@ bool has_finite_corners(const Mesh& mesh, const Triangle& t) {
   return is_finite(mesh.positions[t[0]]) && is_finite(mesh.positions[t[1]]) && is_finite(mesh.positions[t[2]]);
 }
 
-bool has_area(const Mesh& mesh, const Triangle& t) {
-  return std::isnormal(length_sq(area_vector(mesh, t)));
-}
+bool has_area(const Mesh& mesh, const Triangle& t) { return std::isnormal(length_sq(area_vector(mesh, t))); }
 
 /// Removes the triangles that cannot be hit or whose normal is undefined.
 void remove_bad_triangles(Mesh& mesh, const std::string& name, std::vector<std::string>& warnings) {
-  const auto bad = count_where(mesh.triangles.size(), [&](std::size_t i) { return !has_area(mesh, mesh.triangles[i]); });
+  const auto bad =
+      count_where(mesh.triangles.size(), [&](std::size_t i) { return !has_area(mesh, mesh.triangles[i]); });
   if (bad == 0) return;
-  const auto infinite =
-      std::erase_if(mesh.triangles, [&](const Triangle& t) { return !has_finite_corners(mesh, t); });
+  const auto infinite = std::erase_if(mesh.triangles, [&](const Triangle& t) { return !has_finite_corners(mesh, t); });
   const auto flat = std::erase_if(mesh.triangles, [&](const Triangle& t) { return !has_area(mesh, t); });
   if (infinite > 0) {
-    warnings.push_back(fmt::format("{}: removed {} with corners that are not finite numbers.", name,
-                                   counted(infinite, "triangle")));
+    warnings.push_back(
+        fmt::format("{}: removed {} with corners that are not finite numbers.", name, counted(infinite, "triangle")));
   }
   if (flat > 0) warnings.push_back(fmt::format("{}: removed {} without area.", name, counted(flat, "triangle")));
 }

@@ -19,9 +19,7 @@ Image grey(std::vector<float> values) {
   return image;
 }
 
-TEST(AutoExposure, MiddleGreyStays) {
-  EXPECT_NEAR(auto_exposure(grey({0.18f, 0.18f, 0.18f})), 0, 1e-4);
-}
+TEST(AutoExposure, MiddleGreyStays) { EXPECT_NEAR(auto_exposure(grey({0.18f, 0.18f, 0.18f})), 0, 1e-4); }
 
 TEST(AutoExposure, EightTimesDarkerIsThreeStops) {
   const Image image = grey({0.1f, 0.2f, 0.7f});

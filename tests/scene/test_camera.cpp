@@ -71,7 +71,8 @@ void expect_in_view(const Camera& camera, Box box) {
   const Affine m = camera.world_from_camera;
   for (int corner = 0; corner < 8; ++corner) {
     const Vec3 p = Vec3{(corner & 1) != 0 ? box.hi.x : box.lo.x, (corner & 2) != 0 ? box.hi.y : box.lo.y,
-                        (corner & 4) != 0 ? box.hi.z : box.lo.z} - m.origin;
+                        (corner & 4) != 0 ? box.hi.z : box.lo.z} -
+                   m.origin;
     const float depth = -dot(p, m.z), limit = depth * std::tan(camera.vertical_fov_rad / 2) * 1.0001f;
     EXPECT_GT(depth, 0);
     EXPECT_LE(std::fabs(dot(p, m.x)), limit);
@@ -105,9 +106,7 @@ TEST(SelectCamera, StandsInsideARoomButOutsideABox) {
   }
 }
 
-TEST(SelectCamera, ManagesWithoutGeometry) {
-  EXPECT_NO_THROW(select_camera(Scene{}, ""));
-}
+TEST(SelectCamera, ManagesWithoutGeometry) { EXPECT_NO_THROW(select_camera(Scene{}, "")); }
 
 }  // namespace
 }  // namespace lightcuts

@@ -84,9 +84,8 @@ TEST(Study, HasTheStudysSizes) {
       EXPECT_LE(component(material.base_color, axis), 0.7f);
     }
   }
-  const auto lamp = std::find_if(scene.meshes.begin(), scene.meshes.end(), [&](const Mesh& mesh) {
-    return scene.materials[mesh.material].emission.x > 0;
-  });
+  const auto lamp = std::find_if(scene.meshes.begin(), scene.meshes.end(),
+                                 [&](const Mesh& mesh) { return scene.materials[mesh.material].emission.x > 0; });
   EXPECT_EQ(extent(*lamp, {1, 0, 0}), std::make_pair(-1.0f, 1.0f));
   EXPECT_EQ(extent(*lamp, {0, 1, 0}), std::make_pair(5.0f, 5.0f));
   EXPECT_EQ(extent(*lamp, {0, 0, 1}), std::make_pair(-1.0f, 1.0f));

@@ -48,7 +48,8 @@ TEST(ValidateMesh, RemovesTrianglesWithoutAreaAndCountsThem) {
   scene.meshes[0].normals.push_back({0, 0, 1});
   scene.meshes[0].texcoords[0].push_back({});
   scene.meshes[0].triangles.push_back({0, 4, 1});
-  EXPECT_THAT(validate(scene), ElementsAre(AllOf(HasSubstr("mesh 0 \"square\""), HasSubstr("3 triangles without area"))));
+  EXPECT_THAT(validate(scene),
+              ElementsAre(AllOf(HasSubstr("mesh 0 \"square\""), HasSubstr("3 triangles without area"))));
   EXPECT_EQ(scene.meshes[0].triangles.size(), 2u);
 }
 
@@ -186,9 +187,9 @@ TEST(ValidateImage, RefusesSizesThatDoNotMatchTheTexels) {
 // ---- instances
 
 TEST(ValidateInstance, RemovesSingularTransforms) {
-  for (const Affine& bad : {Affine{{1, 0, 0}, {1, 0, 0}, {0, 0, 1}, {}}, Affine{{1, 0, 0}, {0, 0, 0}, {0, 0, 1}, {}},
-                            Affine{{nan(), 0, 0}, {0, 1, 0}, {0, 0, 1}, {}},
-                            Affine{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {infinity(), 0, 0}}}) {
+  for (const Affine& bad :
+       {Affine{{1, 0, 0}, {1, 0, 0}, {0, 0, 1}, {}}, Affine{{1, 0, 0}, {0, 0, 0}, {0, 0, 1}, {}},
+        Affine{{nan(), 0, 0}, {0, 1, 0}, {0, 0, 1}, {}}, Affine{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {infinity(), 0, 0}}}) {
     Scene scene = square_scene();
     scene.instances.push_back({"flat", 0, bad});
     EXPECT_THAT(validate(scene), ElementsAre(AllOf(HasSubstr("1 instance"), HasSubstr("flat"))));
@@ -205,9 +206,7 @@ TEST(ValidateInstance, KeepsMirrorsAndUnevenScales) {
 
 // ---- lights
 
-PointLight spot(float cos_inner, float cos_outer) {
-  return {{0, 0, 0}, {1, 1, 1}, {0, -2, 0}, cos_inner, cos_outer};
-}
+PointLight spot(float cos_inner, float cos_outer) { return {{0, 0, 0}, {1, 1, 1}, {0, -2, 0}, cos_inner, cos_outer}; }
 
 TEST(ValidateLight, RepairsSpots) {
   Scene scene;
@@ -233,8 +232,8 @@ TEST(ValidateLight, RemovesDarkOnesAndRefusesLostOnes) {
   scene.point_lights[1].intensity = {0, 1, 0};
   scene.directional_lights = {{{0, -1, 0}, {}}, {{0, -3, 0}, {1, 1, 1}}};
   scene.environment = Environment{{0, 0, 0}, nullptr};
-  EXPECT_THAT(validate(scene), ElementsAre(HasSubstr("2 point lights"), HasSubstr("1 directional light"),
-                                           HasSubstr("environment")));
+  EXPECT_THAT(validate(scene),
+              ElementsAre(HasSubstr("2 point lights"), HasSubstr("1 directional light"), HasSubstr("environment")));
   EXPECT_EQ(scene.point_lights.size(), 1u);
   EXPECT_EQ(scene.directional_lights[0].direction, (Vec3{0, -1, 0}));
   EXPECT_FALSE(scene.environment);

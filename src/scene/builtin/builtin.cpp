@@ -63,7 +63,8 @@ BuiltinOptions::BuiltinOptions(const BuiltinInfo& info, std::string_view query) 
     const std::string_view pair = query.substr(0, query.find('&'));
     query.remove_prefix(std::min(query.size(), pair.size() + 1));
     const std::string key(pair.substr(0, pair.find('=')));
-    const bool known = std::any_of(info.keys.begin(), info.keys.end(), [&](const BuiltinKey& k) { return k.name == key; });
+    const bool known =
+        std::any_of(info.keys.begin(), info.keys.end(), [&](const BuiltinKey& k) { return k.name == key; });
     if (!known) {
       throw Error(Code::invalid_argument,
                   fmt::format("the built-in scene {} has no key \"{}\"; {}.", scene_, key, known_keys(info)));
@@ -120,7 +121,8 @@ Scene make_builtin_scene(const std::string& spec) {
     throw Error(Code::invalid_argument,
                 fmt::format("there is no built-in scene \"{}\"; there are {}.", name, known_names()));
   }
-  const std::string_view query = mark == std::string::npos ? std::string_view{} : std::string_view(spec).substr(mark + 1);
+  const std::string_view query =
+      mark == std::string::npos ? std::string_view{} : std::string_view(spec).substr(mark + 1);
   Scene scene = found->make(BuiltinOptions(found->info, query));
   scene.name = name;
   return scene;

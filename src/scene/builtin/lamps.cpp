@@ -31,7 +31,8 @@ Vec3 lamp_position(std::uint64_t i) {
 Vec3 lamp_color(Vec3 p) {
   const float cool = 0.5f + 0.5f * std::sin(0.22f * p.x + 1.1f * std::sin(0.2f * p.z));
   const float rose = 0.5f + 0.5f * std::sin(0.3f * p.z - 0.15f * p.x);
-  const Vec3 color = Vec3{1.0f, 0.5f, 0.15f} * (1 - cool) + (Vec3{0.2f, 0.55f, 1.0f} * (1 - rose) + Vec3{1.0f, 0.2f, 0.45f} * rose) * cool;
+  const Vec3 color = Vec3{1.0f, 0.5f, 0.15f} * (1 - cool) +
+                     (Vec3{0.2f, 0.55f, 1.0f} * (1 - rose) + Vec3{1.0f, 0.2f, 0.45f} * rose) * cool;
   return color / luminance(color);
 }
 
@@ -68,10 +69,10 @@ void add_quad_lamps(Scene& scene, std::uint64_t count) {
 
 Mesh column() {
   Mesh mesh;
-  const std::vector<Vec2> profile = {{0.62f, 0},     {0.62f, 0.18f}, {0.52f, 0.22f}, {0.54f, 0.32f}, {0.44f, 0.42f},
-                                     {0.40f, 0.6f},  {0.39f, 1.6f},  {0.36f, 2.8f},  {0.33f, 3.7f},  {0.38f, 3.78f},
-                                     {0.38f, 3.86f}, {0.34f, 3.9f},  {0.42f, 4.05f}, {0.56f, 4.2f},  {0.56f, 4.34f},
-                                     {0, 4.34f}};
+  const std::vector<Vec2> profile = {{0.62f, 0},     {0.62f, 0.18f}, {0.52f, 0.22f}, {0.54f, 0.32f},
+                                     {0.44f, 0.42f}, {0.40f, 0.6f},  {0.39f, 1.6f},  {0.36f, 2.8f},
+                                     {0.33f, 3.7f},  {0.38f, 3.78f}, {0.38f, 3.86f}, {0.34f, 3.9f},
+                                     {0.42f, 4.05f}, {0.56f, 4.2f},  {0.56f, 4.34f}, {0, 4.34f}};
   add_lathe(mesh, profile, 40, {});
   return mesh;
 }

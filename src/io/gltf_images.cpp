@@ -1,0 +1,95 @@
+#include "io/gltf_images.h"
+
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+
+#include <optional>
+
+#include "io/texture_decode.h"
+
+namespace lightcuts::gltf {
+namespace {
+
+/// Two images with one key have the same bytes.
+std::string key_of(const JsonValue& image) {
+  if (const JsonValue uri = image.find("uri")) return "uri " + uri.string();
+  return fmt::format("view {}", image.require("bufferView").count());
+}
+
+void renumber(TextureRef& texture, const std::vector<std::uint32_t>& number) {
+  if (texture.present()) texture.image = number[texture.image];
+}
+
+}  // namespace
+
+void Images::warn(const JsonValue& where, const std::string& why) {
+  const bool located = why.starts_with(context_.document.file());
+  context_.warnings.add((located ? why : where.locate(why)) + " The texture is left out.");
+}
+
+Images::Source Images::open(const JsonValue& image) {
+  Source source{image, readable_name(image.find("name").string_or("")), {}, {}};
+  if (const JsonValue uri = image.find("uri")) {
+    if (source.name.empty()) source.name = uri_name(uri.string());
+    source.owned = read_uri(uri, context_.folder);
+    context_.budget.add_input(source.owned.size());
+    source.bytes = source.owned;
+  } else {
+    source.bytes = buffers_.view(image.require("bufferView")).bytes;
+  }
+  if (source.name.empty()) source.name = fmt::format("picture {}", sources_.size());
+  const TextureHeader header = read_texture_header(source.bytes, source.name);
+  context_.budget.charge(header.byte_count(), image);
+  return source;
+}
+
+std::uint32_t Images::use(const JsonValue& texture) {
+  const JsonValue reference = texture.find("source");
+  if (!reference) {
+    warn(texture, "it has no PNG or JPEG source, only one of an extension. Export the textures as PNG or JPEG.");
+    return kNone;
+  }
+  const JsonValue image = reference.follow(context_.array("images"), "an image");
+  const std::string key = key_of(image);
+  const auto [entry, is_new] = numbers_.emplace(key, kNone);
+  if (!is_new) return entry->second;
+  // A scene without one of its pictures is still worth seeing; one that asks for too much memory is not.
+  try {
+    sources_.push_back(open(image));
+    entry->second = static_cast<std::uint32_t>(sources_.size() - 1);
+  } catch (const Error& error) {
+    if (error.code() == Code::out_of_memory) throw;
+    warn(image, error.what());
+  }
+  return entry->second;
+}
+
+std::vector<TextureImage> Images::decode(std::vector<Material>& materials) {
+  std::vector<TextureImage> decoded(sources_.size());
+  std::vector<std::string> failures(sources_.size());
+  tbb::parallel_for(std::size_t{0}, sources_.size(), [&](std::size_t i) {
+    try {
+      decoded[i] = decode_texture(sources_[i].bytes, sources_[i].name);
+    } catch (const Error& error) {
+      failures[i] = error.what();
+    }
+    sources_[i].owned = {};
+  });
+  std::vector<TextureImage> images;
+  std::vector<std::uint32_t> number(sources_.size(), kNone);
+  for (std::size_t i = 0; i < sources_.size(); ++i) {
+    if (!failures[i].empty()) {
+      warn(sources_[i].where, failures[i]);
+      continue;
+    }
+    number[i] = static_cast<std::uint32_t>(images.size());
+    images.push_back(std::move(decoded[i]));
+  }
+  for (Material& material : materials) {
+    renumber(material.base_color_texture, number);
+    renumber(material.emission_texture, number);
+  }
+  return images;
+}
+
+}  // namespace lightcuts::gltf

@@ -77,6 +77,28 @@ TEST(VplTracer, MeetsTheCountWithinFivePerCent) {
   }
 }
 
+TEST(VplTracer, FixedCountsBiasNothing) {
+  // Few VPLs, often thinned out: over many seeds the mean flux is what the surfaces reflect.
+  const Scene room = furnace(0.7f);
+  const CpuScene cpu(room);
+  const EmitterTable emitters(cpu);
+  const RayTracer tracer(cpu.view());
+  double sum = 0, sum_sq = 0;
+  constexpr int kSeeds = 400;
+  for (int seed = 0; seed < kSeeds; ++seed) {
+    VplOptions options;
+    options.count = 60;
+    options.seed = static_cast<std::uint64_t>(seed);
+    const Lights lights = trace_vpls(cpu, emitters, tracer, options);
+    const double flux = flux_of(lights.vpls, lights.primary_count, lights.vpls.size());
+    sum += flux / kSeeds;
+    sum_sq += flux * flux / kSeeds;
+  }
+  const double error = std::sqrt((sum_sq - sum * sum) / kSeeds);
+  EXPECT_NEAR(sum, 6 * kPiD * 0.7 / 0.3, 3 * error);
+  EXPECT_LT(error, 1);
+}
+
 TEST(VplTracer, DoesNotDependOnTheNumberOfThreads) {
   const Scene scene = furnace(0.7f);
   VplOptions options;

@@ -35,6 +35,7 @@ class BuiltinOptions {
 
 Scene make_cornell(const BuiltinOptions& options);
 Scene make_furnace(const BuiltinOptions& options);
+Scene make_interior(const BuiltinOptions& options);
 Scene make_lamps(const BuiltinOptions& options);
 Scene make_study(const BuiltinOptions& options);
 

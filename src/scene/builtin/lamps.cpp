@@ -79,13 +79,7 @@ Mesh column() {
 
 Mesh ball(float radius) {
   Mesh mesh;
-  std::vector<Vec2> profile;
-  for (int i = 0; i <= 24; ++i) {
-    const float angle = kPi * (static_cast<float>(i) / 24 - 0.5f);
-    const bool pole = i == 0 || i == 24;
-    profile.push_back({pole ? 0 : radius * std::cos(angle), radius * (1 + std::sin(angle))});
-  }
-  add_lathe(mesh, profile, 48, {});
+  add_ball(mesh, {0, radius, 0}, radius, 48);
   return mesh;
 }
 

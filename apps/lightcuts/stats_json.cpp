@@ -1,0 +1,98 @@
+#include "stats_json.h"
+
+#include <sys/resource.h>
+
+#include <nlohmann/json.hpp>
+
+#include "lightcuts/version.h"
+
+namespace lightcuts::app {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json bounces_json(int bounces) { return bounces == kUnlimitedBounces ? Json("inf") : Json(bounces); }
+
+int samples_of(const ShadeOptions& shade) {
+  if (shade.samples > 0) return shade.samples;
+  return shade.method == Method::path ? 64 : 1;
+}
+
+Json camera_json(const CameraRequest& camera) {
+  const auto vector = [](Vec3 v) { return Json{v.x, v.y, v.z}; };
+  Json out = Json::object();
+  if (!camera.which.empty()) out["camera"] = camera.which;
+  if (camera.eye) out["eye"] = vector(*camera.eye);
+  if (camera.target) out["target"] = vector(*camera.target);
+  if (camera.fov_deg) out["fov"] = *camera.fov_deg;
+  return out;
+}
+
+/// Every option under its name on the command line, defaults filled in.
+Json options_json(const RenderRequest& request) {
+  const RenderOptions& o = request.options;
+  Json out{{"scene", request.scene},
+           {"method", name_of(o.shade.method, kMethods)},
+           {"visibility", name_of(o.shade.visibility, kVisibilities)},
+           {"backend", name_of(o.backend, kBackends)},
+           {"device", o.device},
+           {"memory", o.memory_bytes},
+           {"size", Json{o.width, o.height}},
+           {"environment", request.environment ? Json(*request.environment) : Json(nullptr)},
+           {"vpls", o.vpls.count},
+           {"primary-lights", o.vpls.primary_lights},
+           {"vpls-per-light", o.vpls.vpls_per_light},
+           {"bounces", bounces_json(o.vpls.bounces)},
+           {"deposit", name_of(o.vpls.deposit, kDeposits)},
+           {"deposit-distance", o.vpls.deposit_distance},
+           {"error", o.shade.error},
+           {"max-cut", o.shade.max_cut},
+           {"tree", name_of(o.tree.builder, kTreeBuilders)},
+           {"metric", name_of(o.tree.metric, kMetrics)},
+           {"cut", name_of(o.shade.cut, kCutWalks)},
+           {"ism-size", o.shade.ism_size},
+           {"ism-points", o.shade.ism_points},
+           {"min-distance", o.shade.min_distance},
+           {"samples", samples_of(o.shade)},
+           {"seed", o.vpls.seed},
+           {"threads", o.threads}};
+  out.update(camera_json(request.camera));
+  return out;
+}
+
+}  // namespace
+
+std::string stats_json(const RenderRequest& request, const Statistics& s) {
+  const Json out{
+      {"version", version()},
+      {"device", s.device},
+      {"options", options_json(request)},
+      {"scene", {{"triangles", s.scene.triangles}, {"emitters", s.scene.emitters}, {"lights", s.scene.lights}}},
+      {"vpls", {{"count", s.vpls.count}, {"primary", s.vpls.primary}, {"paths", s.vpls.paths}}},
+      {"tree", {{"nodes", s.tree.nodes}, {"depth", s.tree.depth}}},
+      {"cut",
+       {{"mean", s.cut.mean}, {"max", s.cut.max}, {"at_limit", s.cut.at_limit}, {"lights_used", s.cut.lights_used}}},
+      {"clamped", s.clamped},
+      {"shadow_maps", {{"count", s.shadow_maps.count}, {"size", s.shadow_maps.size}, {"bytes", s.shadow_maps.bytes}}},
+      {"rays", s.rays},
+      {"pairs", s.pairs},
+      {"time_ms",
+       {{"load", s.time_ms.load},
+        {"bvh", s.time_ms.bvh},
+        {"vpls", s.time_ms.vpls},
+        {"tree", s.time_ms.tree},
+        {"shadow_maps", s.time_ms.shadow_maps},
+        {"shade", s.time_ms.shade},
+        {"write", s.time_ms.write},
+        {"total", s.time_ms.total}}},
+      {"memory_bytes", {{"host_peak", s.memory_bytes.host_peak}, {"device_peak", s.memory_bytes.device_peak}}}};
+  return out.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+std::uint64_t peak_memory_bytes() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;  // Linux counts in KiB
+}
+
+}  // namespace lightcuts::app

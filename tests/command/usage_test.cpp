@@ -1,0 +1,170 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "command.h"
+
+namespace lightcuts::test {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+
+TEST(Usage, HelpOfEveryCommandGoesToStdout) {
+  for (const char* name : {"render", "compare", "info", "scenes", "bench"}) {
+    const ProgramResult r = run_lightcuts({name, "--help"});
+    EXPECT_EQ(r.status, 0) << name;
+    EXPECT_THAT(r.out, HasSubstr("Usage: lightcuts " + std::string(name)));
+    EXPECT_THAT(r.err, IsEmpty());
+  }
+  EXPECT_THAT(run_lightcuts({"--help"}).out, HasSubstr("render --help"));
+}
+
+TEST(Usage, RenderHelpNamesEveryOptionOfTheContract) {
+  const std::string help = run_lightcuts({"render", "--help"}).out;
+  for (const char* option : {"-o,--output",
+                             "--layer",
+                             "--method lightcuts|instant-radiosity|path",
+                             "--visibility rays|ism|none",
+                             "--backend auto|cpu|cuda",
+                             "--device",
+                             "--memory",
+                             "--size",
+                             "--camera",
+                             "--eye",
+                             "--target",
+                             "--fov",
+                             "--environment",
+                             "--vpls N",
+                             "--primary-lights",
+                             "--vpls-per-light",
+                             "--bounces B|inf",
+                             "--deposit physical|study",
+                             "--deposit-distance",
+                             "--error",
+                             "--max-cut",
+                             "--tree agglomerative|ploc|morton",
+                             "--metric walter|distance|distance-color|distance-direction|"
+                             "distance-color-direction",
+                             "--cut heap|packet",
+                             "--ism-size",
+                             "--ism-points",
+                             "--min-distance",
+                             "--samples",
+                             "--exposure",
+                             "--seed",
+                             "--threads",
+                             "--stats",
+                             "--quiet",
+                             "Too slow?",
+                             "Too dark",
+                             "(default: 10000)",
+                             "(default: 0.02)",
+                             "(default: 0.01)"}) {
+    EXPECT_THAT(help, HasSubstr(option));
+  }
+}
+
+TEST(Usage, NoLineOfHelpIsWiderThanAHundredColumns) {
+  for (const char* name : {"render", "compare", "info", "scenes", "bench"}) {
+    const std::string help = run_lightcuts({name, "--help"}).out;
+    std::size_t column = 0;
+    for (const char c : help) {
+      column = c == '\n' ? 0 : column + 1;
+      ASSERT_LE(column, 110u) << name << ": " << help;
+    }
+  }
+}
+
+TEST(Usage, VersionNamesCommitAndBackends) {
+  const ProgramResult r = run_lightcuts({"--version"});
+  EXPECT_EQ(r.status, 0);
+  for (const char* part : {"lightcuts ", "commit ", "backends: cpu", "instruction sets"}) {
+    EXPECT_THAT(r.out, HasSubstr(part));
+  }
+}
+
+TEST(Usage, WithoutACommandHelpGoesToStderr) {
+  const ProgramResult r = run_lightcuts({});
+  EXPECT_EQ(r.status, 2);
+  EXPECT_THAT(r.out, IsEmpty());
+  EXPECT_THAT(r.err, HasSubstr("Start here"));
+}
+
+TEST(Usage, MisspeltWordsGetASuggestion) {
+  const auto expect = [](std::vector<std::string> arguments, const std::string& suggestion) {
+    const ProgramResult r = run_lightcuts(std::move(arguments));
+    EXPECT_EQ(r.status, 2);
+    EXPECT_THAT(r.err, HasSubstr("did you mean '" + suggestion + "'"));
+  };
+  expect({"rendr", "builtin:cornell"}, "render");
+  expect({"render", "builtin:cornell", "--bonces", "3"}, "--bounces");
+  expect({"render", "builtin:cornell", "--bonces=3"}, "--bounces");
+  expect({"render", "--vpl", "3"}, "--vpls");
+  expect({"render", "builtin:cornell", "--method", "pat"}, "path");
+  expect({"render", "builtin:cornel"}, "cornell");
+  expect({"compare", "a.exr", "b.exr", "--heat-map", "x.png"}, "--heatmap");
+}
+
+TEST(Usage, MissingPrefixOfABuiltinSceneIsExplained) {
+  const ProgramResult r = run_lightcuts({"info", "cornell"});
+  EXPECT_EQ(r.status, 3);
+  EXPECT_THAT(r.err, HasSubstr("builtin:cornell"));
+}
+
+TEST(Usage, ValuesOutOfRangeAreRefusedByName) {
+  const std::vector<std::pair<std::string, std::string>> bad{
+      {"--size", "0x10"},       {"--size", "10"},
+      {"--size", "10x10x10"},   {"--vpls", "0"},
+      {"--vpls", "many"},       {"--vpls", "-3"},
+      {"--vpls", "1.5"},        {"--vpls", "99999999999999999999"},
+      {"--samples", "0"},       {"--bounces", "-1"},
+      {"--bounces", "nan"},     {"--error", "2"},
+      {"--error", "nan"},       {"--min-distance", "-1"},
+      {"--exposure", "bright"}, {"--memory", "4X"},
+      {"--memory", "0"},        {"--memory", ""},
+      {"--fov", "0"},           {"--fov", "180"},
+      {"--environment", "-1"},  {"--environment", "1,2,-3"},
+      {"--threads", "0"},       {"--ism-size", "0"},
+      {"--method", ""},         {"--tree", "oak"},
+      {"--seed", "x"},          {"--deposit-distance", "0"}};
+  for (const auto& [option, value] : bad) {
+    const ProgramResult r = run_lightcuts({"render", "builtin:cornell", option, value});
+    EXPECT_EQ(r.status, 2) << option << " " << value << r.err;
+    if (option != "--environment") {
+      EXPECT_THAT(r.err, HasSubstr(option)) << value;
+    }
+    EXPECT_THAT(r.out, IsEmpty());
+  }
+}
+
+TEST(Usage, OptionsThatBelongTogether) {
+  const std::vector<std::vector<std::string>> bad{{"--eye", "0,0,0"},
+                                                  {"--target", "0,0,0"},
+                                                  {"--eye", "1,1,1", "--target", "0,0,0", "--camera", "0"},
+                                                  {"--eye", "1,1,1", "--target", "1,1,1"},
+                                                  {"--eye", "1,1", "--target", "1,1,1"},
+                                                  {"--primary-lights", "5"},
+                                                  {"--vpls-per-light", "5"},
+                                                  {"--vpls", "5", "--primary-lights", "5", "--vpls-per-light", "5"},
+                                                  {"--deposit", "study"},
+                                                  {"--deposit-distance", "1"},
+                                                  {"--size", "8x8", "--size", "9x9"},
+                                                  {"--camera", "no such camera"},
+                                                  {"a second scene"}};
+  for (std::vector<std::string> options : bad) {
+    options.insert(options.begin(), {"render", "builtin:cornell"});
+    const ProgramResult r = run_lightcuts(options);
+    EXPECT_EQ(r.status, 2) << options[2] << r.err;
+    EXPECT_THAT(r.err, Not(IsEmpty()));
+  }
+}
+
+TEST(Usage, BenchSaysWhatIsNotBuilt) {
+  EXPECT_EQ(run_lightcuts({"bench", "--list"}).status, 0);
+  EXPECT_THAT(run_lightcuts({"bench", "--list"}).out, HasSubstr("study"));
+  EXPECT_EQ(run_lightcuts({"bench", "stdy"}).status, 2);
+}
+
+}  // namespace
+}  // namespace lightcuts::test

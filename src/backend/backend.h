@@ -52,4 +52,8 @@ class Backend {
                             std::uint64_t memory_bytes, Statistics& statistics, const ProgressFn& progress) = 0;
 };
 
+/// The stages by threads, SIMD and Embree (src/cpu); 0: a thread for each processor.
+/// Throws Error{invalid_argument} if the environment variable LIGHTCUTS_ISA names no instruction set of this machine.
+std::unique_ptr<Backend> make_cpu_backend(int threads);
+
 }  // namespace lightcuts

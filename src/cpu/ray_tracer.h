@@ -3,19 +3,10 @@
 #include <cstdint>
 #include <memory>
 
+#include "cpu/ray_packet.h"
 #include "kernels/scene_view.h"
 
 namespace lightcuts {
-
-/// Rays side by side, as Embree and SIMD code want them. Directions need not be unit length.
-template <int N>
-struct alignas(4 * N) RayPacket {
-  float ox[N], oy[N], oz[N], t_min[N];
-  float dx[N], dy[N], dz[N], t_max[N];
-};
-using RayPacket4 = RayPacket<4>;
-using RayPacket8 = RayPacket<8>;
-using RayPacket16 = RayPacket<16>;
 
 /// Which triangle a ray meets first, and whether it meets any. Every triangle blocks from both sides, except where its
 /// alpha mask cuts it away.

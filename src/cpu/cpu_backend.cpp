@@ -1,0 +1,133 @@
+#include "cpu/cpu_backend.h"
+
+#include <fmt/format.h>
+#include <tbb/info.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "cpu/all_lights.h"
+#include "cpu/path_tracer.h"
+#include "cpu/progress.h"
+#include "cpu/shade_picture.h"
+#include "cpu/visibility.h"
+#include "cpu/vpl_tracer.h"
+#include "lightcuts/error.h"
+
+namespace lightcuts {
+namespace {
+
+void require_memory(std::uint64_t needed, std::uint64_t budget, int width, int height) {
+  if (budget == 0 || needed <= budget) return;
+  throw Error(Code::out_of_memory,
+              fmt::format("a picture of {}x{} pixels needs {} MiB, but the memory budget is {} MiB; make the picture "
+                          "smaller or the budget larger",
+                          width, height, needed >> 20, budget >> 20));
+}
+
+/// More threads than processors would only wait for each other (and make TBB print a warning).
+int usable_threads(int threads) {
+  const int processors = tbb::info::default_concurrency();
+  return threads == 0 ? processors : std::min(threads, processors);
+}
+
+void require_built(const ShadeOptions& options) {
+  if (options.method == Method::lightcuts) {
+    throw Error(Code::not_built,
+                "the method lightcuts is not part of this build yet; choose instant-radiosity or path");
+  }
+  if (options.method != Method::path && options.visibility == Visibility::ism) {
+    throw Error(Code::not_built,
+                "visibility by imperfect shadow maps is not part of this build yet; choose rays or none");
+  }
+}
+
+std::uint32_t sample_count(const ShadeOptions& options) {
+  if (options.samples > 0) return static_cast<std::uint32_t>(options.samples);
+  return options.method == Method::path ? 64 : 1;
+}
+
+}  // namespace
+
+CpuBackend::CpuBackend(int threads)
+    : isa_(selected_isa()), kernels_(shade_kernels(isa_)), arena_(usable_threads(threads)) {
+  arena_.initialize();
+}
+
+std::string CpuBackend::device_name() const {
+  const int threads = arena_.max_concurrency();
+  return fmt::format("cpu: {}, {} thread{}", isa_name(isa_), threads, threads == 1 ? "" : "s");
+}
+
+void CpuBackend::set_scene(const Scene& scene, const ProgressFn& progress) {
+  loaded_.reset();
+  lights_ = {};
+  light_set_ = {};
+  trees_ = {};
+  if (progress && !progress("bvh", 0)) return;
+  arena_.execute([&] { loaded_ = std::make_unique<Loaded>(scene); });
+  if (progress) progress("bvh", 1);
+}
+
+CpuBackend::Loaded& CpuBackend::loaded() {
+  if (loaded_ == nullptr) throw Error(Code::invalid_argument, "the backend has no scene yet; call set_scene first");
+  return *loaded_;
+}
+
+void CpuBackend::trace_vpls(const VplOptions& options, const ProgressFn& progress) {
+  Loaded& scene = loaded();
+  Lights lights;
+  arena_.execute(
+      [&] { lights = lightcuts::trace_vpls(scene.cpu_scene, scene.emitters, scene.tracer, options, progress); });
+  set_lights(std::move(lights));
+}
+
+void CpuBackend::set_lights(Lights lights) {
+  LightSet set = make_light_set(lights);
+  lights_ = std::move(lights);
+  light_set_ = std::move(set);
+  trees_ = {};
+}
+
+void CpuBackend::build_light_tree(const TreeOptions&, const ProgressFn&) {
+  throw Error(Code::not_built, "the method lightcuts is not part of this build yet; choose instant-radiosity");
+}
+
+void CpuBackend::set_light_tree(LightTrees trees) { trees_ = std::move(trees); }
+
+ShadeResult CpuBackend::shade(const Camera& camera, int width, int height, const ShadeOptions& options,
+                              std::uint64_t memory_bytes, Statistics& statistics, const ProgressFn& callback) {
+  const Loaded& scene = loaded();
+  require_built(options);
+  require_memory(static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height) * Film::bytes_per_pixel(),
+                 memory_bytes, width, height);
+
+  const bool path = options.method == Method::path;
+  const std::uint32_t samples = sample_count(options);
+  const View view = make_view(camera, width, height, samples, options.seed, samples == 1 && !path);
+  Progress progress(callback, "shade", tile_count(view) * static_cast<double>(samples));
+  const float min_distance = options.min_distance * scene.cpu_scene.view().diagonal;
+
+  // What a tile does, from the method and the visibility chosen.
+  const TileSource source{view, scene.cpu_scene.view(), scene.tracer, scene.emitters.view()};
+  const RayVisibility rays(scene.tracer);
+  const PacketVisibility* visibility = options.visibility == Visibility::rays ? &rays : nullptr;
+  const AllLights all_lights(kernels_, light_set_, visibility, min_distance);
+  const PathTracer paths(scene.cpu_scene, scene.emitters, scene.tracer, options.bounces, options.seed);
+  const TileFn render_tile = path ? path_tile(source, paths, progress) : lit_tile(source, all_lights, progress);
+
+  Film film(width, height);
+  TileCounts counts;
+  arena_.execute([&] { counts = for_each_tile(view, film, progress, render_tile); });
+
+  statistics.pairs = counts.pairs;
+  statistics.rays = counts.rays;
+  statistics.clamped = counts.lost > 0 ? counts.lost / (counts.light + counts.lost) : 0;
+  ShadeResult result{film.image(samples), true};
+  result.complete = find_channel(result.image, "weight") == nullptr;
+  return result;
+}
+
+std::unique_ptr<Backend> make_cpu_backend(int threads) { return std::make_unique<CpuBackend>(threads); }
+
+}  // namespace lightcuts

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <tbb/task_arena.h>
+
+#include <memory>
+#include <optional>
+
+#include "backend/backend.h"
+#include "cpu/cpu_scene.h"
+#include "cpu/emitters.h"
+#include "cpu/light_set.h"
+#include "cpu/ray_tracer.h"
+#include "cpu/simd/isa.h"
+#include "cpu/simd/shade_kernels.h"
+
+namespace lightcuts {
+
+/// The stages by threads (oneTBB), SIMD kernels and Embree: the gold that other backends are compared with.
+class CpuBackend final : public Backend {
+ public:
+  /// `threads` 0: one for each processor. Throws Error{invalid_argument} as selected_isa does.
+  explicit CpuBackend(int threads);
+
+  [[nodiscard]] std::string device_name() const override;
+  void set_scene(const Scene& scene, const ProgressFn& progress) override;
+  void trace_vpls(const VplOptions& options, const ProgressFn& progress) override;
+  void set_lights(Lights lights) override;
+  [[nodiscard]] const Lights& lights() override { return lights_; }
+  void build_light_tree(const TreeOptions& options, const ProgressFn& progress) override;
+  void set_light_tree(LightTrees trees) override;
+  [[nodiscard]] const LightTrees& light_trees() override { return trees_; }
+  ShadeResult shade(const Camera& camera, int width, int height, const ShadeOptions& options,
+                    std::uint64_t memory_bytes, Statistics& statistics, const ProgressFn& progress) override;
+
+ private:
+  /// What a scene turns into; kept together because each part refers to the one before.
+  struct Loaded {
+    explicit Loaded(const Scene& scene) : cpu_scene(scene), tracer(cpu_scene.view()), emitters(cpu_scene) {}
+    CpuScene cpu_scene;
+    RayTracer tracer;
+    EmitterTable emitters;
+  };
+
+  Loaded& loaded();
+
+  Isa isa_;
+  const ShadeKernels& kernels_;
+  tbb::task_arena arena_;
+  std::unique_ptr<Loaded> loaded_;
+  Lights lights_;
+  LightSet light_set_;
+  LightTrees trees_;
+};
+
+}  // namespace lightcuts

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "cpu/tile.h"
+#include "lightcuts/image.h"
+
+namespace lightcuts {
+
+/// Sums of camera samples, a pixel at a time, by a box filter. Threads may write to different pixels at once.
+class Film {
+ public:
+  Film(int width, int height);
+
+  /// What a sample adds to a pixel. Normals in world space, as seen; depth infinite where nothing was hit.
+  struct Sample {
+    Vec3T<double> radiance;
+    Vec3 albedo, normal;
+    float depth;
+  };
+  void add(int x, int y, const Sample& sample);
+
+  /// The picture: R G B, albedo.*, normal.* (means over the samples), depth.Z (mean over the samples that hit, infinite
+  /// where none did). Where a pixel has fewer samples than `sample_count`, there is a plane `weight` with the share of
+  /// them and the attribute complete = "false"; pixels without any are zero.
+  [[nodiscard]] Image image(std::uint32_t sample_count) const;
+
+  /// Bytes that a film and its picture take for each pixel.
+  static constexpr std::uint64_t bytes_per_pixel() { return sizeof(Pixel) + 11 * sizeof(float); }
+
+ private:
+  struct Pixel {
+    Vec3T<double> radiance;
+    Vec3 albedo, normal;
+    float depth = 0;
+    std::uint32_t samples = 0, hits = 0;
+  };
+
+  int width_, height_;
+  std::vector<Pixel> pixels_;
+};
+
+}  // namespace lightcuts

@@ -1,0 +1,97 @@
+#include "cpu/shade_picture.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <vector>
+
+#include "cpu/path_tracer.h"
+#include "cpu/progress.h"
+
+namespace lightcuts {
+namespace {
+
+Vec3 get(const PacketVec3& packet, int lane) { return {packet.x[lane], packet.y[lane], packet.z[lane]}; }
+
+Vec3T<double> to_double(Vec3 v) { return {v.x, v.y, v.z}; }
+
+/// Calls visit(packet, index of the packet, lane, x, y) for each pixel of a tile that belongs to the picture.
+template <class Visit>
+void for_each_pixel(const Tile& tile, Visit visit) {
+  for (int p = 0; p < kTilePackets; ++p) {
+    const SurfacePacket& packet = tile.packets[static_cast<std::size_t>(p)];
+    for (int lane = 0; lane < kPacketSize; ++lane) {
+      if ((packet.inside_picture >> lane & 1u) == 0) continue;
+      visit(packet, p, lane, tile.x0 + tile_x(p, lane), tile.y0 + tile_y(p, lane));
+    }
+  }
+}
+
+/// Reflects the light of a tile's receivers towards the camera and adds the sample to its pixels.
+void add_to_film(const Tile& tile, const TileLight& lit, Film& film, TileCounts& counts) {
+  constexpr double inverse_pi = 0.31830988618379067154;
+  for_each_pixel(tile, [&](const SurfacePacket& packet, int p, int lane, int x, int y) {
+    const int pixel = p * kPacketSize + lane;
+    const Vec3 albedo = get(packet.albedo, lane);
+    const Vec3T<double> reflected = to_double(albedo) * lit.light[pixel] * inverse_pi;
+    film.add(
+        x, y,
+        {reflected + to_double(get(packet.seen, lane)), albedo, get(packet.receivers.ns, lane), packet.depth[lane]});
+    counts.light += luminance(lit.light[pixel]);
+    counts.lost += lit.lost[pixel];
+  });
+  counts.pairs += lit.pairs;
+  counts.rays += lit.rays;
+}
+
+int columns_of(const View& view) { return (view.width + kTileSide - 1) / kTileSide; }
+int rows_of(const View& view) { return (view.height + kTileSide - 1) / kTileSide; }
+
+}  // namespace
+
+TileCounts for_each_tile(const View& view, Film& film, Progress& progress, const TileFn& render_tile) {
+  const int columns = columns_of(view);
+  std::vector<TileCounts> counts(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows_of(view)));
+  for (std::uint32_t sample = 0; sample < view.sample_count && !progress.stopped(); ++sample) {
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, counts.size(), 1),
+                      [&](const tbb::blocked_range<std::size_t>& range) {
+                        for (std::size_t i = range.begin(); i != range.end() && !progress.stopped(); ++i) {
+                          const int column = static_cast<int>(i) % columns, row = static_cast<int>(i) / columns;
+                          render_tile(column * kTileSide, row * kTileSide, sample, film, counts[i]);
+                        }
+                      });
+  }
+  TileCounts total;
+  for (const TileCounts& c : counts) {
+    total.pairs += c.pairs;
+    total.rays += c.rays;
+    total.light += c.light;
+    total.lost += c.lost;
+  }
+  return total;
+}
+
+double tile_count(const View& view) { return static_cast<double>(columns_of(view)) * rows_of(view); }
+
+TileFn lit_tile(const TileSource& source, const TileLighter& lighter, Progress& progress) {
+  return [source, &lighter, &progress](int x0, int y0, std::uint32_t sample, Film& film, TileCounts& counts) {
+    const Tile tile = trace_tile(source.view, x0, y0, sample, source.scene, source.tracer, source.emitters);
+    TileLight lit;
+    if (!lighter.light(tile, progress, lit)) return;
+    add_to_film(tile, lit, film, counts);
+  };
+}
+
+TileFn path_tile(const TileSource& source, const PathTracer& paths, Progress& progress) {
+  return [source, &paths, &progress](int x0, int y0, std::uint32_t sample, Film& film, TileCounts&) {
+    const Tile tile = trace_tile(source.view, x0, y0, sample, source.scene, source.tracer, source.emitters);
+    for_each_pixel(tile, [&](const SurfacePacket& packet, int, int lane, int x, int y) {
+      film.add(x, y,
+               {to_double(paths.radiance(source.view.camera, x, y, sample)), get(packet.albedo, lane),
+                get(packet.receivers.ns, lane), packet.depth[lane]});
+    });
+    progress.advance(1);
+  };
+}
+
+}  // namespace lightcuts

@@ -1,0 +1,183 @@
+#include "lightcuts/render.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "cpu_shade/rooms.h"
+#include "lightcuts/compare.h"
+#include "lightcuts/error.h"
+
+namespace lightcuts {
+namespace {
+
+RenderOptions small(int size = 32) {
+  RenderOptions options;
+  options.width = options.height = size;
+  options.vpls.count = 1000;
+  return options;
+}
+
+double mean(const Image& image, const char* name) {
+  const std::vector<float>& values = find_channel(image, name)->values;
+  double sum = 0;
+  for (const float v : values) sum += v;
+  return sum / static_cast<double>(values.size());
+}
+
+TEST(Render, FillsPlanesStatisticsAndTimes) {
+  const Scene scene = lit_room();
+  const RenderResult result = render(scene, room_camera(), small());
+  EXPECT_TRUE(result.complete);
+  EXPECT_GT(mean(result.image, "G"), 0.05);
+  for (const char* name : {"R", "G", "B", "albedo.R", "normal.Z", "depth.Z"}) {
+    EXPECT_NE(find_channel(result.image, name), nullptr) << name;
+  }
+  const Statistics& s = result.statistics;
+  EXPECT_EQ(s.device.substr(0, 5), "cpu: ");
+  EXPECT_EQ(s.scene.triangles, 16u);
+  EXPECT_EQ(s.scene.emitters, 2u);
+  EXPECT_NEAR(static_cast<double>(s.vpls.count), 1000, 50);
+  EXPECT_NEAR(static_cast<double>(s.vpls.primary), 250, 25);
+  EXPECT_EQ(s.pairs, 32 * 32 * s.vpls.count);
+  EXPECT_GT(s.rays, s.pairs / 20);
+  EXPECT_GT(s.time_ms.shade, 0);
+  EXPECT_GE(s.time_ms.total, s.time_ms.shade);
+  EXPECT_GT(s.memory_bytes.host_peak, 1'000'000u);
+  EXPECT_TRUE(result.warnings.empty());
+}
+
+TEST(Render, ChoosesTheSize) {
+  Scene scene = lit_room();
+  Camera camera = room_camera();
+  RenderOptions options = small(0);
+  options.shade.visibility = Visibility::none;
+  options.vpls.count = 1;
+  options.width = 40;
+  camera.aspect = 2;
+  EXPECT_EQ(render(scene, camera, options).image.height, 20);
+  scene.width = 30;
+  scene.height = 10;
+  options.width = 0;
+  EXPECT_EQ(render(scene, camera, options).image.width, 30);
+  options.height = 5;
+  EXPECT_EQ(render(scene, camera, options).image.width, 15);
+}
+
+TEST(Render, RefusesOptionsOutOfRange) {
+  const Scene scene = lit_room();
+  const auto refused = [&](auto change) {
+    RenderOptions options = small(4);
+    change(options);
+    try {
+      render(scene, room_camera(), options);
+      ADD_FAILURE() << "accepted";
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), Code::invalid_argument) << error.what();
+    }
+  };
+  refused([](RenderOptions& o) { o.width = -1; });
+  refused([](RenderOptions& o) { o.height = 1 << 20; });
+  refused([](RenderOptions& o) { o.vpls.count = 0; });
+  refused([](RenderOptions& o) { o.vpls.primary_lights = 3; });
+  refused([](RenderOptions& o) { o.vpls.primary_lights = o.vpls.vpls_per_light = 1u << 20; });
+  refused([](RenderOptions& o) { o.vpls.deposit = Deposit::study; });
+  refused([](RenderOptions& o) { o.vpls.bounces = -1; });
+  refused([](RenderOptions& o) { o.shade.error = 0; });
+  refused([](RenderOptions& o) { o.shade.error = std::nanf(""); });
+  refused([](RenderOptions& o) { o.shade.min_distance = std::nanf(""); });
+  refused([](RenderOptions& o) { o.shade.samples = -1; });
+  refused([](RenderOptions& o) { o.shade.ism_size = 48; });
+  refused([](RenderOptions& o) { o.threads = -1; });
+}
+
+TEST(Render, SaysWhatIsNotBuiltAndThatNothingEmits) {
+  const auto code_of = [](const Scene& scene, const RenderOptions& options) {
+    try {
+      render(scene, room_camera(), options);
+    } catch (const Error& error) {
+      return error.code();
+    }
+    return Code::disk_full;  // not thrown here
+  };
+  RenderOptions options = small(4);
+  EXPECT_EQ(code_of(closed_room({0.5f, 0.5f, 0.5f}), options), Code::no_emitter);
+  options.shade.visibility = Visibility::ism;
+  EXPECT_EQ(code_of(lit_room(), options), Code::not_built);
+  options = small(4);
+  options.shade.method = Method::lightcuts;
+  EXPECT_EQ(code_of(lit_room(), options), Code::not_built);
+  options = small(4);
+  options.backend = BackendKind::cuda;
+  EXPECT_EQ(code_of(lit_room(), options), Code::not_built);
+}
+
+TEST(Render, StoppedBeforeItsPixelsItReturnsAnEmptyPicture) {
+  const auto stop = [](const char*, double) { return false; };
+  const RenderResult result = render(lit_room(), room_camera(), small(8), stop);
+  EXPECT_FALSE(result.complete);
+  EXPECT_EQ(mean(result.image, "weight"), 0);
+  EXPECT_EQ(result.image.attributes.at("complete"), "false");
+}
+
+/// The furnace: every wall emits L_e = 1 and reflects r, so that after B + 1 reflections each pixel shows
+/// (1 - r^(B+2)) / (1 - r), whatever its place.
+Scene furnace(float albedo) {
+  Scene scene = closed_room({albedo, albedo, albedo});
+  scene.materials[0].emission = {1, 1, 1};
+  return scene;
+}
+
+double furnace_radiance(double albedo, int bounces) {
+  if (bounces == kUnlimitedBounces) return 1 / (1 - albedo);
+  return (1 - std::pow(albedo, bounces + 2)) / (1 - albedo);
+}
+
+class Furnace : public testing::TestWithParam<int> {};
+INSTANTIATE_TEST_SUITE_P(Bounces, Furnace, testing::Values(0, 1, 2, kUnlimitedBounces),
+                         [](const testing::TestParamInfo<int>& parameter) {
+                           return parameter.param == kUnlimitedBounces ? "inf" : std::to_string(parameter.param);
+                         });
+
+TEST_P(Furnace, InstantRadiosityMeetsTheClosedForm) {
+  for (const float albedo : {0.3f, 0.7f}) {
+    RenderOptions options = small(48);
+    options.vpls.count = 20'000;
+    options.vpls.bounces = GetParam();
+    options.shade.min_distance = 0;
+    const RenderResult result = render(furnace(albedo), room_camera(), options);
+    EXPECT_NEAR(mean(result.image, "R") / furnace_radiance(albedo, GetParam()), 1, 0.01);
+    EXPECT_EQ(result.statistics.clamped, 0);
+  }
+}
+
+TEST_P(Furnace, PathTracingMeetsTheClosedForm) {
+  RenderOptions options = small(32);
+  options.shade.method = Method::path;
+  options.shade.bounces = GetParam();
+  options.shade.samples = 64;
+  const RenderResult result = render(furnace(0.5f), room_camera(), options);
+  const double expected = furnace_radiance(0.5, GetParam());
+  EXPECT_NEAR(mean(result.image, "G") / expected, 1, 0.005);
+}
+
+TEST(Render, InstantRadiosityApproachesThePathTracer) {
+  const Scene scene = make_builtin_scene("cornell");
+  const Camera camera = select_camera(scene, "");
+  RenderOptions reference = small(64);
+  reference.shade.method = Method::path;
+  reference.shade.samples = 256;
+  const Image expected = render(scene, camera, reference).image;
+  const auto error_with = [&](std::uint64_t vpls) {
+    RenderOptions options = small(64);
+    options.vpls.count = vpls;
+    options.shade.samples = 4;
+    return compare(render(scene, camera, options).image, expected).relmse;
+  };
+  const double few = error_with(200), many = error_with(10'000);
+  EXPECT_LT(many, 0.03);
+  EXPECT_LT(many, few / 2);
+}
+
+}  // namespace
+}  // namespace lightcuts

@@ -168,5 +168,49 @@ TEST(Lamps, QuadsShineDownWithTheSamePower) {
   }
 }
 
+/// Mean of a picture's texels as they reflect, by the sRGB curve's usual approximation.
+Vec3 mean_albedo(const TextureImage& image) {
+  double sum[3] = {};
+  for (std::size_t i = 0; i < image.texels.size(); ++i) sum[i % 3] += std::pow(image.texels[i] / 255.0, 2.2);
+  const double pixels = static_cast<double>(image.width) * image.height;
+  return {static_cast<float>(sum[0] / pixels), static_cast<float>(sum[1] / pixels),
+          static_cast<float>(sum[2] / pixels)};
+}
+
+TEST(Interior, IsARealisticRoomInBothLights) {
+  const Scene sun = make_builtin_scene("interior?light=sun"), lamp = make_builtin_scene("interior?light=lamp");
+  EXPECT_EQ(sun.directional_lights.size(), 1u);
+  EXPECT_TRUE(lamp.directional_lights.empty());
+  EXPECT_GT(drawn_triangle_count(sun), 5000u);
+  EXPECT_LT(drawn_triangle_count(sun), 100000u);
+  const Box box = scene_bounds(sun);
+  EXPECT_NEAR(length(box.lo - Vec3{-3.22f, 0, -3.5f}), 0, 1e-4) << "something stands outside the room";
+  EXPECT_NEAR(length(box.hi - Vec3{3, 2.8f, 3.5f}), 0, 1e-4) << "something stands outside the room";
+  std::vector<Vec3> pictures;
+  for (const TextureImage& image : sun.images) pictures.push_back(mean_albedo(image));
+  for (const Material& material : sun.materials) {
+    SCOPED_TRACE(material.name);
+    const auto& texture = material.base_color_texture;
+    const Vec3 albedo = texture.present() ? material.base_color * pictures[texture.image] : material.base_color;
+    EXPECT_GT(luminance(albedo), 0.05f);
+    EXPECT_LT(std::max({albedo.x, albedo.y, albedo.z}), 0.86f);
+  }
+}
+
+TEST(Interior, NormalsLieOnTheFrontOfTheirTriangles) {
+  const Scene scene = make_builtin_scene("interior");
+  for (const Mesh& mesh : scene.meshes) {
+    if (mesh.normals.empty()) continue;
+    std::size_t wrong = 0;
+    for (const auto& t : mesh.triangles) {
+      const Vec3 a = mesh.positions[t[0]];
+      const Vec3 front = cross(mesh.positions[t[1]] - a, mesh.positions[t[2]] - a);
+      for (const std::uint32_t corner : t) wrong += dot(front, mesh.normals[corner]) < 0 ? 1 : 0;
+    }
+    // Where a leaf folds at its stalk, a corner may lean over.
+    EXPECT_LE(wrong, mesh.triangles.size() / 50) << mesh.name << " with material " << mesh.material;
+  }
+}
+
 }  // namespace
 }  // namespace lightcuts

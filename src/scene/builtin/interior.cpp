@@ -257,7 +257,7 @@ Scene make_interior(const BuiltinOptions& options) {
 
   add_camera(scene, "room", {1.95f, 1.45f, 3.25f}, {-0.42f, 0.98f, -1.6f}, 46);
   add_camera(scene, "table", {0.55f, 1.35f, 1.75f}, {-1.55f, 0.78f, 0.05f}, 42);
-  add_camera(scene, "sofa", {-0.9f, 1.25f, 0.7f}, {0.95f, 0.72f, -2.6f}, 42);
+  add_camera(scene, "sofa", {0.15f, 1.3f, 0.95f}, {0.95f, 0.74f, -2.6f}, 42);
   add_camera(scene, "window", {2.75f, 1.6f, -2.3f}, {-1.6f, 0.85f, 0.5f}, 50);
   scene.width = 1280;
   scene.height = 800;

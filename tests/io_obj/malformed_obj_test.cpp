@@ -1,0 +1,150 @@
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <chrono>
+#include <fstream>
+#include <map>
+#include <sstream>
+
+#include "io/obj.h"
+#include "io_image/errors.h"
+#include "io_image/temporary_folder.h"
+
+namespace lightcuts {
+namespace {
+
+namespace fs = std::filesystem;
+
+#define SKIP_WITHOUT_SHARED_SCENES() \
+  if (!fs::exists(LC_SHARED_SCENES)) GTEST_SKIP() << "the shared scenes are not beside this checkout"
+
+struct Outcome {
+  bool loads = false;
+  std::size_t triangles = 0;
+  std::vector<std::string> warnings;
+  Scene scene;
+};
+
+/// Opens a file that may be damaged: anything but a valid scene or an Error for bad input fails the test.
+Outcome load(const fs::path& path) {
+  SCOPED_TRACE(path);
+  const auto start = std::chrono::steady_clock::now();
+  Outcome outcome;
+  try {
+    LoadedScene loaded = load_obj(path);
+    for (std::string& sentence : validate(loaded.scene)) loaded.warnings.push_back(std::move(sentence));
+    outcome.loads = true;
+    outcome.triangles = static_cast<std::size_t>(drawn_triangle_count(loaded.scene));
+    outcome.warnings = std::move(loaded.warnings);
+    outcome.scene = std::move(loaded.scene);
+  } catch (const Error& e) {
+    EXPECT_TRUE(e.code() == Code::malformed || e.code() == Code::unsupported || e.code() == Code::invalid_scene)
+        << e.what();
+  }
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(10));
+  return outcome;
+}
+
+std::uint64_t peak_memory() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
+}
+
+/// Holds an outcome against a line of the list: what it says, and what follows from it.
+void expect_as_listed(const Outcome& outcome, const std::string& expected) {
+  if (expected.find("LOADS") != std::string::npos && expected.find("REJECT") == std::string::npos) {
+    EXPECT_TRUE(outcome.loads);
+  }
+  const std::map<std::string, std::size_t> triangles{
+      {"LOADS: 2 triangles", 2}, {"LOADS: 1 triangle", 1}, {"drop face", 0}, {"REJECT or an empty scene", 0}};
+  const auto count = triangles.find(expected);
+  if (count != triangles.end()) {
+    EXPECT_EQ(outcome.triangles, count->second);
+  }
+}
+
+TEST(MalformedObj, HostileFilesGetTheExpectedAnswer) {
+  SKIP_WITHOUT_SHARED_SCENES();
+  const fs::path folder = fs::path(LC_SHARED_SCENES) / "malformed/own-hostile";
+  std::ifstream list(folder / "EXPECTED.tsv");
+  int count = 0;
+  for (std::string line; std::getline(list, line);) {
+    std::istringstream fields(line);
+    std::string file, bytes, expected;
+    std::getline(fields, file, '\t');
+    std::getline(fields, bytes, '\t');
+    std::getline(fields, expected, '\t');
+    if (!file.ends_with(".obj")) continue;
+    SCOPED_TRACE(line);
+    ++count;
+    const Outcome outcome = load(folder / file);
+    expect_as_listed(outcome, expected);
+    EXPECT_TRUE(outcome.scene.images.empty());
+  }
+  EXPECT_GE(count, 28);
+  EXPECT_LT(peak_memory(), std::uint64_t{1} << 30);
+}
+
+TEST(MalformedObj, FilesOfOtherProjects) {
+  SKIP_WITHOUT_SHARED_SCENES();
+  const fs::path folder = fs::path(LC_SHARED_SCENES) / "malformed";
+  EXPECT_FALSE(load(folder / "assimp/empty.obj").loads);
+  for (const char* name :
+       {"assimp/malformed.obj", "assimp/malformed2.obj", "tinyobjloader/issue-319-002.obj",
+        "tinyobjloader/invalid-relative-texture-index.obj", "tinyobjloader/invalid-face-definition.obj"}) {
+    load(folder / name);
+  }
+  EXPECT_TRUE(load(folder / "tinyobjloader/missing_material_file.obj").loads);
+  EXPECT_TRUE(load(folder / "tinyobjloader/test-nan.obj").loads);
+}
+
+/// Flips bits, cuts, inserts numbers and repeats pieces, by turns.
+std::string mutate(std::string text, int i, std::uint32_t& state) {
+  const auto random = [&](std::size_t below) {
+    state = state * 1664525u + 1013904223u;
+    return static_cast<std::size_t>(state >> 8) % below;
+  };
+  const std::string whole = text;
+  if (i % 4 == 0) return text.substr(0, random(text.size()));
+  for (std::size_t flips = 1 + random(4); flips > 0; --flips) {
+    text[random(text.size())] ^= static_cast<char>(1 << random(8));
+  }
+  if (i % 8 == 1) text.insert(random(text.size()), std::to_string(static_cast<std::int32_t>(state)));
+  if (i % 8 == 3) text.insert(random(text.size()), whole.substr(0, random(whole.size())));
+  return text;
+}
+
+TEST(MutatedObj, FlippedAndCutFilesLoadOrAreRefused) {
+  const TemporaryFolder folder;
+  const std::map<std::string, std::string> good{
+      {"scene.obj",
+       "mtllib scene.mtl\no a\nusemtl x\ns 1\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0 1 0.5 0\nv 0.5 0.4 1e-1\nvt 0 0\n"
+       "vt 1 1\nvn 0 0 1\nf 1/1/1 2/2/1 3/1/1 5//1 4/2\nf -1 -2 -3\ng b c\nusemtl y\ns off\nf 1 2 3 4\n"
+       "f 1/1 3/2 4/1\n"},
+      {"scene.mtl",
+       "newmtl x\nKd 0.5 0.25 1\nKe 10 5 1\nd 0.25\nmap_Kd -s 2 2 -o 0.5 0 1 -clamp on t.png\nmap_Ke t.png\n"
+       "newmtl y\nKd 1 0 0\nTr 0.75\nmap_d t.png\nPr 0.5\nPm 1\n"}};
+  save_png(folder / "t.png", {2, 2, {255, 0, 0, 0, 255, 0, 0, 0, 255, 9, 9, 9}});
+  for (const auto& [name, text] : good) write_whole(folder / name, text);
+  const Outcome whole = load(folder / "scene.obj");
+  ASSERT_TRUE(whole.loads);
+  ASSERT_EQ(whole.triangles, 7u);
+  ASSERT_EQ(whole.scene.images.size(), 2u);
+
+  for (const auto& [name, text] : good) {
+    std::uint32_t state = 1;
+    int different = 0;
+    for (int i = 0; i < 100; ++i) {
+      write_whole(folder / name, mutate(text, i, state));
+      const Outcome outcome = load(folder / "scene.obj");
+      different += outcome.triangles != whole.triangles || outcome.warnings != whole.warnings ? 1 : 0;
+    }
+    EXPECT_GE(different, 20) << name;
+    write_whole(folder / name, text);
+  }
+  EXPECT_LT(peak_memory(), std::uint64_t{1} << 30);
+}
+
+}  // namespace
+}  // namespace lightcuts

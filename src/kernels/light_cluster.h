@@ -168,10 +168,12 @@ LC_FN float cluster_size(const LightCluster& p, const LightCluster& q, const Met
 }
 
 /// Random number in [0, 1) of a tree node: depends on the seed and on which lights lie below, never on the order in which
-/// a builder came to it.
-LC_FN double representative_random(std::uint64_t seed, std::uint32_t smallest_light, std::uint32_t largest_light) {
+/// a builder came to it. The count tells a node from a child that has the same smallest and largest light: with one number
+/// for both, the choices would not be independent.
+LC_FN double representative_random(std::uint64_t seed, std::uint32_t smallest_light, std::uint32_t largest_light,
+                                   std::uint32_t light_count) {
   std::uint64_t h = seed * 0x9e3779b97f4a7c15u + 0x632be59bd9b4e019u;
-  const std::uint64_t words[2] = {smallest_light, largest_light};
+  const std::uint64_t words[3] = {smallest_light, largest_light, light_count};
   for (const std::uint64_t word : words) {
     h ^= word + 0x9e3779b97f4a7c15u + (h << 6) + (h >> 2);
     h = (h ^ (h >> 30)) * 0xbf58476d1ce4e5b9u;

@@ -11,7 +11,7 @@ namespace lightcuts {
 struct LightKeyLayout {
   int position_bits = 16;   ///< a coordinate
   int direction_bits = 5;   ///< a coordinate
-  int direction_level = 1;  ///< how many bits of each position coordinate stand above the first bits of the axis
+  int direction_level = 0;  ///< how many bits of each position coordinate stand above the first bits of the axis
 };
 
 namespace detail {

@@ -152,7 +152,7 @@ void TreeAssembly::finish_inner(LightNode& node, NodeDetail& detail) {
   // Of the children, the one with the lowest light stands first in the draw, whatever order the builder gave them.
   const bool p_lower = dp.smallest_light < dq.smallest_light;
   const double of_p = luminance(p.intensity), of_q = luminance(q.intensity);
-  const double random = representative_random(seed_, detail.smallest_light, detail.largest_light);
+  const double random = representative_random(seed_, detail.smallest_light, detail.largest_light, node.leaf_count);
   const bool lower_wins = p_lower ? first_represents(of_p, of_q, random) : first_represents(of_q, of_p, random);
   if (lower_wins != p_lower) {
     std::swap(p, q);

@@ -10,8 +10,8 @@ namespace lightcuts {
 
 /// Choices of the locally ordered builder, measured in docs/results/tree.md.
 struct PlocOptions {
-  std::uint32_t radius = 16;          ///< neighbours searched to each side, at most kLargestPlocRadius
-  std::uint32_t greedy_below = 2048;  ///< the upper part, this many clusters, is merged by the agglomerative builder
+  std::uint32_t radius = 8;          ///< neighbours searched to each side, at most kLargestPlocRadius
+  std::uint32_t greedy_below = 256;  ///< so many clusters are left to the agglomerative builder
   LightKeyLayout layout;
 };
 

@@ -1,0 +1,220 @@
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <cstring>
+
+#include "cpu/tree/assemble_tree.h"
+#include "cpu/tree/build_light_trees.h"
+#include "cpu/tree/leaf_clusters.h"
+#include "light_samples.h"
+#include "lightcuts/error.h"
+
+namespace lightcuts {
+namespace {
+
+constexpr TreeBuilder kBuilders[] = {TreeBuilder::agglomerative, TreeBuilder::ploc, TreeBuilder::morton};
+constexpr Metric kMetrics[] = {Metric::walter, Metric::distance, Metric::distance_color, Metric::distance_direction,
+                               Metric::distance_color_direction};
+
+/// What a node must agree with, gathered from the lights below it.
+struct Below {
+  std::vector<std::uint32_t> lights;
+  double sum[3] = {0, 0, 0};
+};
+
+bool contains(const Box& outer, const Box& inner) {
+  return outer.lo.x <= inner.lo.x && outer.lo.y <= inner.lo.y && outer.lo.z <= inner.lo.z && outer.hi.x >= inner.hi.x &&
+         outer.hi.y >= inner.hi.y && outer.hi.z >= inner.hi.z;
+}
+
+/// Every promise of light_tree.h, checked node by node.
+void expect_valid(const LightTree& tree, const std::vector<Vpl>& lights) {
+  ASSERT_EQ(tree.nodes.size(), 2 * lights.size() - 1);
+  std::vector<Below> below(tree.nodes.size());
+  std::vector<std::uint32_t> height(tree.nodes.size(), 1), seen(lights.size(), 0), parents(tree.nodes.size(), 0);
+  for (std::uint32_t i = static_cast<std::uint32_t>(tree.nodes.size()); i-- > 0;) {
+    const LightNode& node = tree.nodes[i];
+    Below& own = below[i];
+    ASSERT_LT(node.representative, lights.size());
+    if (node.is_leaf()) {
+      const Vpl& light = lights[node.representative];
+      ++seen[node.representative];
+      own.lights = {node.representative};
+      own.sum[0] = light.intensity.x, own.sum[1] = light.intensity.y, own.sum[2] = light.intensity.z;
+      ASSERT_TRUE(node.box.lo == light.position && node.box.hi == light.position && node.axis == light.axis);
+      ASSERT_EQ(node.cos_half_angle, 1.0f);
+    } else {
+      ASSERT_GT(node.first_child, i);
+      ASSERT_LT(node.second_child(), tree.nodes.size());
+      for (const std::uint32_t child : {node.first_child, node.second_child()}) {
+        ++parents[child];
+        ASSERT_TRUE(contains(node.box, tree.nodes[child].box));
+        own.lights.insert(own.lights.end(), below[child].lights.begin(), below[child].lights.end());
+        for (int k = 0; k < 3; ++k) own.sum[k] += below[child].sum[k];
+        height[i] = std::max(height[i], height[child] + 1);
+        below[child].lights.clear();
+        below[child].lights.shrink_to_fit();
+      }
+      ASSERT_EQ(node.representative, tree.nodes[node.first_child].representative);
+      for (std::size_t k = 0; k < own.lights.size(); k += 1 + own.lights.size() / 64) {
+        const Vec3 a = node.axis, n = lights[own.lights[k]].axis;
+        const double cosine = double(a.x) * n.x + double(a.y) * n.y + double(a.z) * n.z;
+        ASSERT_TRUE(a == n || cosine >= double(node.cos_half_angle)) << "node " << i;
+      }
+    }
+    ASSERT_EQ(node.leaf_count, own.lights.size());
+    ASSERT_NEAR(node.intensity.x, own.sum[0], 1e-5 * own.sum[0]);
+    ASSERT_NEAR(node.intensity.y, own.sum[1], 1e-5 * own.sum[1]);
+    ASSERT_NEAR(node.intensity.z, own.sum[2], 1e-5 * own.sum[2]);
+  }
+  EXPECT_EQ(height[0], tree.depth);
+  for (const std::uint32_t count : seen) ASSERT_EQ(count, 1u);
+  for (std::size_t i = 1; i < parents.size(); ++i) ASSERT_EQ(parents[i], 1u);
+}
+
+LightTrees build(const std::vector<Vpl>& vpls, TreeBuilder builder, Metric metric = Metric::walter,
+                 std::uint64_t seed = 1) {
+  Lights lights;
+  lights.vpls = vpls;
+  return build_light_trees(lights, 1.7f, {builder, metric, seed});
+}
+
+bool same(const LightTree& a, const LightTree& b) {
+  return a.depth == b.depth && a.nodes.size() == b.nodes.size() &&
+         std::memcmp(a.nodes.data(), b.nodes.data(), a.nodes.size() * sizeof(LightNode)) == 0;
+}
+
+TEST(LightTree, KeepsItsPromisesForAllBuildersAndMetrics) {
+  test::LightSamples samples(41);
+  const std::vector<Vpl> scattered = samples.scattered(3000), walls = samples.on_walls(5000),
+                         ties = samples.with_ties(3000);
+  for (const TreeBuilder builder : kBuilders) {
+    for (const Metric metric : kMetrics) {
+      for (const auto* lights : {&scattered, &walls, &ties})
+        expect_valid(build(*lights, builder, metric).vpls, *lights);
+    }
+  }
+}
+
+TEST(LightTree, HoldsOneLightTwoLightsAndManyAtOnePoint) {
+  test::LightSamples samples(42);
+  std::vector<Vpl> one_point = samples.scattered(5000);
+  for (Vpl& light : one_point) light.position = {0.25f, 0.5f, 0.75f};
+  std::vector<Vpl> dark = samples.on_walls(5000);
+  for (Vpl& light : dark) light.intensity = {};
+  std::vector<Vpl> wide = samples.on_walls(5000);
+  for (Vpl& light : wide) light.intensity *= std::pow(10.0f, samples.uniform(-12, 0));
+  const std::vector<Vpl> identical(5000, one_point[0]);
+  for (const TreeBuilder builder : kBuilders) {
+    for (std::size_t n = 1; n < 10; ++n) {
+      const std::vector<Vpl> few = samples.scattered(n);
+      expect_valid(build(few, builder).vpls, few);
+    }
+    for (const std::vector<Vpl>& lights : {one_point, dark, wide, identical})
+      expect_valid(build(lights, builder).vpls, lights);
+  }
+}
+
+// Each light farther from the others than all before: every builder may make a list of it.
+TEST(LightTree, HoldsADegenerateChain) {
+  constexpr std::uint32_t kCount = 100000;
+  const std::vector<Vpl> lights(kCount, Vpl{{0, 0, 0}, {0, 1, 0}, {1, 0.5f, 0.1f}});
+  MergeTree chain;
+  chain.children.push_back({0, 1});
+  for (std::uint32_t k = 1; k + 1 < kCount; ++k) chain.children.push_back({k + 1, kCount + k - 1});
+  const LightTree tree = assemble_tree(chain, leaf_clusters(lights, Metric::walter, 1).clusters, 1);
+  ASSERT_EQ(tree.nodes.size(), 2 * std::size_t{kCount} - 1);
+  EXPECT_EQ(tree.depth, kCount);
+  EXPECT_NEAR(tree.nodes[0].intensity.z, 0.1 * kCount, 1e-5 * 0.1 * kCount);
+}
+
+TEST(LightTree, IsTheSameForAnyNumberOfThreads) {
+  test::LightSamples samples(43);
+  const std::vector<Vpl> lights = samples.on_walls(8000);
+  for (const TreeBuilder builder : kBuilders) {
+    const LightTree many = build(lights, builder).vpls;
+    for (const std::size_t threads : {1, 2, 5}) {
+      const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+      EXPECT_TRUE(same(build(lights, builder).vpls, many)) << threads << " threads";
+    }
+  }
+}
+
+// Chi-square over seeds: at the root each light stands with a probability proportional to its luminance.
+TEST(LightTree, DrawsRepresentativesInProportionToIntensity) {
+  test::LightSamples samples(44);
+  std::vector<Vpl> lights = samples.scattered(8);
+  lights[3].intensity = {};
+  lights[5].intensity *= 4.0f;
+  double total = 0;
+  for (const Vpl& light : lights) total += luminance(light.intensity);
+  const LeafClusters leaves = leaf_clusters(lights, Metric::walter, 1.7f);
+  for (const TreeBuilder builder : kBuilders) {
+    constexpr int kSeeds = 5000;
+    std::vector<double> hits(lights.size(), 0);
+    for (int seed = 0; seed < kSeeds; ++seed)
+      hits[build(lights, builder, Metric::walter, static_cast<std::uint64_t>(seed)).vpls.nodes[0].representative] += 1;
+    double chi_square = 0;
+    for (std::size_t i = 0; i < lights.size(); ++i) {
+      const double expected = kSeeds * luminance(lights[i].intensity) / total;
+      if (expected > 0)
+        chi_square += (hits[i] - expected) * (hits[i] - expected) / expected;
+      else
+        EXPECT_EQ(hits[i], 0);
+    }
+    EXPECT_LT(chi_square, 22.5);  // 6 degrees of freedom, one in a thousand
+  }
+}
+
+// Builders differ in the topology, so agreement is at the root alone; but order of building must not matter.
+TEST(LightTree, DrawsRepresentativesWhateverTheOrderOfMerging) {
+  test::LightSamples samples(45);
+  const std::vector<Vpl> lights = samples.scattered(4);
+  const std::vector<LightCluster> leaves = leaf_clusters(lights, Metric::walter, 1).clusters;
+  const MergeTree first{{{0, 1}, {2, 3}, {4, 5}}}, second{{{3, 2}, {1, 0}, {4, 5}}};
+  for (std::uint64_t seed = 0; seed < 100; ++seed)
+    EXPECT_EQ(assemble_tree(first, leaves, seed).nodes[0].representative,
+              assemble_tree(second, leaves, seed).nodes[0].representative);
+}
+
+TEST(LightTree, BuildsOneTreeAKind) {
+  test::LightSamples samples(46);
+  Lights lights;
+  lights.vpls = samples.scattered(100);
+  for (int i = 0; i < 50; ++i) {
+    lights.points.push_back({samples.point(), samples.point(), samples.direction(), 0.9f, 0.5f});
+    if (i % 2 == 0) lights.points.back().cos_outer = -2;
+    lights.directionals.push_back({samples.direction(), samples.point()});
+  }
+  const LightTrees trees = build_light_trees(lights, 1.7f, {});
+  EXPECT_EQ(trees.vpls.nodes.size(), 199u);
+  EXPECT_EQ(trees.points.nodes.size(), 99u);
+  EXPECT_EQ(trees.directionals.nodes.size(), 99u);
+  EXPECT_EQ(trees.points.nodes[0].cos_half_angle, -1.0f);
+  for (const DirectionalLight& light : lights.directionals)
+    EXPECT_TRUE(contains(trees.directionals.nodes[0].box, {-light.direction, -light.direction}));
+  const LightTrees none = build_light_trees({}, 1.7f, {});
+  EXPECT_TRUE(none.vpls.nodes.empty() && none.points.nodes.empty() && none.directionals.nodes.empty());
+}
+
+TEST(LightTree, ReportsProgressAndStops) {
+  test::LightSamples samples(47);
+  Lights lights;
+  lights.vpls = samples.scattered(9000);
+  double last = 0;
+  build_light_trees(lights, 1.7f, {TreeBuilder::agglomerative}, [&](const char* stage, double done) {
+    EXPECT_STREQ(stage, "tree");
+    EXPECT_GE(done, last);
+    last = done;
+    return true;
+  });
+  EXPECT_EQ(last, 1.0);
+  const LightTrees stopped = build_light_trees(lights, 1.7f, {}, [](const char*, double) { return false; });
+  EXPECT_TRUE(stopped.vpls.nodes.empty());
+}
+
+// Memory per light: the VPL and the tree.
+TEST(LightTree, TakesLessThanTwoHundredBytesALight) { EXPECT_LT(sizeof(Vpl) + 2 * sizeof(LightNode), 200u); }
+
+}  // namespace
+}  // namespace lightcuts

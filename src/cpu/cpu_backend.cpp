@@ -10,6 +10,7 @@
 #include "cpu/path_tracer.h"
 #include "cpu/progress.h"
 #include "cpu/shade_picture.h"
+#include "cpu/tree/build_light_trees.h"
 #include "cpu/visibility.h"
 #include "cpu/vpl_tracer.h"
 #include "lightcuts/error.h"
@@ -89,8 +90,9 @@ void CpuBackend::set_lights(Lights lights) {
   trees_ = {};
 }
 
-void CpuBackend::build_light_tree(const TreeOptions&, const ProgressFn&) {
-  throw Error(Code::not_built, "the method lightcuts is not part of this build yet; choose instant-radiosity");
+void CpuBackend::build_light_tree(const TreeOptions& options, const ProgressFn& progress) {
+  const float diagonal = loaded().cpu_scene.view().diagonal;
+  arena_.execute([&] { trees_ = build_light_trees(lights_, diagonal, options, progress); });
 }
 
 void CpuBackend::set_light_tree(LightTrees trees) { trees_ = std::move(trees); }

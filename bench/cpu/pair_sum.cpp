@@ -40,13 +40,13 @@ void check(const Case& c) {
   for (int lane = 0; lane < kPacketSize; ++lane) {
     double expected = 0;
     for (const VplRecord& vpl : c.vpls) {
-      expected += vpl.intensity.x * oracle::vpl_factor(get_lane(c.receivers.position, lane),
-                                                       get_lane(c.receivers.ns, lane), get_lane(c.receivers.ng, lane),
-                                                       vpl.position, vpl.axis, 1e-2);
+      expected +=
+          vpl.intensity.x * oracle::vpl_factor(get_lane(c.receivers.position, lane), get_lane(c.receivers.ns, lane),
+                                               get_lane(c.receivers.ng, lane), vpl.position, vpl.axis, 1e-2);
     }
     if (!(std::abs(sum.light.x[lane] - expected) <= 1e-5 * expected + 1e-7)) {
-      throw std::runtime_error(fmt::format("pair sum by {}: {} instead of {}", isa_name(c.isa), sum.light.x[lane],
-                                           expected));
+      throw std::runtime_error(
+          fmt::format("pair sum by {}: {} instead of {}", isa_name(c.isa), sum.light.x[lane], expected));
     }
   }
 }
@@ -63,9 +63,8 @@ void run(benchmark::State& state, const Case& c) {
     }
   };
   constexpr double pairs = static_cast<double>(kPacketSize) * kLights * kRepeats;
-  compare_in_turns(state, "share_of_fma_loop", reference, subject, [&](double fma, double sum) {
-    return (pairs * kOperationsPerPair / sum) / (operations / fma);
-  });
+  compare_in_turns(state, "share_of_fma_loop", reference, subject,
+                   [&](double fma, double sum) { return (pairs * kOperationsPerPair / sum) / (operations / fma); });
   state.counters["pairs"] = benchmark::Counter(pairs, benchmark::Counter::kIsIterationInvariantRate);
 }
 

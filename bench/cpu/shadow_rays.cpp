@@ -56,8 +56,8 @@ class BareEmbree {
       }
     }
     RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
-    auto* vertices = static_cast<Vec3*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
-                                                                sizeof(Vec3), corners.size()));
+    auto* vertices = static_cast<Vec3*>(
+        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, sizeof(Vec3), corners.size()));
     std::copy(corners.begin(), corners.end(), vertices);
     auto* indices = static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(
         geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(std::uint32_t), corners.size() / 3));
@@ -114,15 +114,18 @@ class BareEmbree {
 
 struct Case {
   explicit Case(const char* name)
-      : scene(make_builtin_scene(name)), cpu_scene(scene), tracer(cpu_scene.view()), emitters(cpu_scene),
+      : scene(make_builtin_scene(name)),
+        cpu_scene(scene),
+        tracer(cpu_scene.view()),
+        emitters(cpu_scene),
         bare(cpu_scene.view()) {
     VplOptions options;
     options.count = 500;
     lights = make_light_set(trace_vpls(cpu_scene, emitters, tracer, options));
     view = make_view(select_camera(scene, ""), 256, 256, 1, 1, true);
     for (int i = 0; i < 16; ++i) {
-      tiles.push_back(trace_tile(view, 64 * (i % 4) + 24, 64 * (i / 4) + 24, 0, cpu_scene.view(), tracer,
-                                 emitters.view()));
+      tiles.push_back(
+          trace_tile(view, 64 * (i % 4) + 24, 64 * (i / 4) + 24, 0, cpu_scene.view(), tracer, emitters.view()));
     }
   }
 
@@ -161,7 +164,8 @@ void record_and_check(Case& c) {
   const auto difference = static_cast<double>(visible) - static_cast<double>(recorder.visible());
   // Rays that graze an edge may be decided by another order of the same triangles.
   if (std::abs(difference) > 1e-4 * static_cast<double>(c.rays)) {
-    throw std::runtime_error(fmt::format("{} rays arrive by the renderer, {} by bare Embree", recorder.visible(), visible));
+    throw std::runtime_error(
+        fmt::format("{} rays arrive by the renderer, {} by bare Embree", recorder.visible(), visible));
   }
 }
 

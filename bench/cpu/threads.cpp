@@ -39,11 +39,15 @@ void register_threads() {
   if (find_channel(c->shade(*c->one), "R")->values != find_channel(c->shade(*c->two), "R")->values) {
     throw std::runtime_error("two threads give another picture than one");
   }
-  benchmark::RegisterBenchmark("threads/two_over_one", [c](benchmark::State& state) {
-    compare_in_turns(
-        state, "speedup", [&] { c->shade(*c->one); }, [&] { c->shade(*c->two); },
-        [](double one, double two) { return one / two; });
-  })->UseManualTime()->Unit(benchmark::kMillisecond)->MinTime(2);
+  benchmark::RegisterBenchmark("threads/two_over_one",
+                               [c](benchmark::State& state) {
+                                 compare_in_turns(
+                                     state, "speedup", [&] { c->shade(*c->one); }, [&] { c->shade(*c->two); },
+                                     [](double one, double two) { return one / two; });
+                               })
+      ->UseManualTime()
+      ->Unit(benchmark::kMillisecond)
+      ->MinTime(2);
 }
 
 }  // namespace lightcuts::bench

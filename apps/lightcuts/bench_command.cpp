@@ -36,8 +36,8 @@ void check_names(const BenchRequest& request) {
   for (const Benchmark& benchmark : benchmarks()) known.emplace_back(benchmark.name);
   for (const std::string& name : request.names) {
     if (std::find(known.begin(), known.end(), name) != known.end()) continue;
-    throw Error(Code::invalid_argument, fmt::format("there is no benchmark '{}'{}; there is {}", name,
-                                                    did_you_mean(name, known), either(known)));
+    throw Error(Code::invalid_argument, fmt::format("there is no benchmark '{}'; there is {}{}", name, either(known),
+                                                    did_you_mean(name, known)));
   }
 }
 

@@ -49,6 +49,14 @@ std::vector<std::string> command_names(const CLI::App& program) {
   return names;
 }
 
+/// The parser's own message; where it counts values, in words that name the mistake.
+std::string readable_problem(const CLI::ParseError& error) {
+  const std::string text = error.what();
+  if (dynamic_cast<const CLI::ArgumentMismatch*>(&error) == nullptr) return text;
+  const std::string name = text.substr(0, text.find(':'));
+  return text.find("received") == std::string::npos ? name + " needs a value" : name + " is given more than once";
+}
+
 /// What is wrong with a command line that the parser refused.
 std::string usage_problem(CLI::App& program, const CLI::ParseError& error) {
   const CLI::App& command = named_command(program);
@@ -59,7 +67,7 @@ std::string usage_problem(CLI::App& program, const CLI::ParseError& error) {
     const std::string name = option->substr(0, option->find('='));
     return fmt::format("there is no option '{}'{}", name, did_you_mean(name, option_names(command)));
   }
-  if (unknown.empty()) return error.what();
+  if (unknown.empty()) return readable_problem(error);
   if (&command == &program) {
     return fmt::format("there is no command '{}'{}", unknown.front(),
                        did_you_mean(unknown.front(), command_names(program)));

@@ -44,8 +44,8 @@ std::string full_layer_name(const std::string& name, Method method) {
                             method == Method::lightcuts ? "name one of " + either(planes)
                                                         : "only --method lightcuts makes the layers of the cut"));
   }
-  throw Error(Code::invalid_argument, fmt::format("--layer {}: there will be no such layer{}; name one of {}", name,
-                                                  did_you_mean(name, names), either(planes.empty() ? names : planes)));
+  throw Error(Code::invalid_argument, fmt::format("--layer {}: there will be no such layer; name one of {}{}", name,
+                                                  either(planes.empty() ? names : planes), did_you_mean(name, names)));
 }
 
 void check_ending(const fs::path& path) {

@@ -32,8 +32,8 @@ LoadedScene open_builtin(const std::string& spec) {
   const std::string name = builtin_name(spec);
   const std::vector<std::string> names = builtin_names();
   if (std::find(names.begin(), names.end(), name) == names.end()) {
-    throw Error(Code::invalid_argument, fmt::format("there is no built-in scene '{}'{}; there are {}", name,
-                                                    did_you_mean(name, names), either(names)));
+    throw Error(Code::invalid_argument, fmt::format("there is no built-in scene '{}'; there are {}{}", name,
+                                                    either(names), did_you_mean(name, names)));
   }
   return {make_builtin_scene(spec.substr(kBuiltinPrefix.size())), {}};
 }

@@ -72,7 +72,6 @@ LoadedScene open_lit_scene(const RenderRequest& request) {
 
 /// Renders, showing progress, until done or asked to stop.
 RenderResult render_with_progress(const RenderRequest& request, const Scene& scene, const Camera& camera) {
-#if defined(LC_CAN_RENDER)
   ProgressBar bar(!request.quiet);
   bool told = false;
   return render(scene, camera, request.options, [&](const char* stage, double done) {
@@ -85,12 +84,6 @@ RenderResult render_with_progress(const RenderRequest& request, const Scene& sce
     told = true;
     return false;
   });
-#else
-  static_cast<void>(request);
-  static_cast<void>(scene);
-  static_cast<void>(camera);
-  throw Error(Code::not_built, "rendering is not part of this build yet");
-#endif
 }
 
 void print_summary(const RenderResult& result) {

@@ -86,12 +86,14 @@ RenderResult render_with_progress(const RenderRequest& request, const Scene& sce
   });
 }
 
-void print_summary(const RenderResult& result) {
+void print_summary(const RenderRequest& request, const RenderResult& result) {
   const Statistics& s = result.statistics;
-  print_result(fmt::format("{} {}x{} pixels with {} lights in {:.1f} s on {}",
+  const bool path = request.options.shade.method == Method::path;
+  print_result(fmt::format("{} {}x{} pixels {} in {:.1f} s on {}",
                            result.complete ? "rendered" : "stopped early: part of", result.image.width,
-                           result.image.height, grouped(std::max(s.vpls.count, s.scene.lights)), s.time_ms.total / 1000,
-                           s.device));
+                           result.image.height,
+                           path ? "by path tracing" : "with " + grouped(s.vpls.count + s.scene.lights) + " lights",
+                           s.time_ms.total / 1000, s.device));
 }
 
 /// False for a picture that was stopped before its first sample.
@@ -108,7 +110,7 @@ bool save(RenderRequest& request, RenderResult& result, const Stopwatch& since_s
   if (!result.complete) result.image.attributes["complete"] = "false";
   Statistics& statistics = result.statistics;
   statistics.time_ms.total = since_start.ms();
-  print_summary(result);
+  print_summary(request, result);
   const Stopwatch writing;
   write_pictures(request.outputs, result.image);
   statistics.time_ms.write = writing.ms();

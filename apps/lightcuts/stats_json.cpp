@@ -1,8 +1,10 @@
 #include "stats_json.h"
 
+#include <fmt/format.h>
 #include <sys/resource.h>
 
 #include <nlohmann/json.hpp>
+#include <string>
 
 #include "lightcuts/version.h"
 
@@ -13,18 +15,21 @@ using Json = nlohmann::ordered_json;
 
 Json bounces_json(int bounces) { return bounces == kUnlimitedBounces ? Json("inf") : Json(bounces); }
 
+/// 0.02f as 0.02: the shortest number that is the same float.
+double shortest(float value) { return std::stod(fmt::format("{}", value)); }
+
 int samples_of(const ShadeOptions& shade) {
   if (shade.samples > 0) return shade.samples;
   return shade.method == Method::path ? 64 : 1;
 }
 
 Json camera_json(const CameraRequest& camera) {
-  const auto vector = [](Vec3 v) { return Json{v.x, v.y, v.z}; };
+  const auto vector = [](Vec3 v) { return Json{shortest(v.x), shortest(v.y), shortest(v.z)}; };
   Json out = Json::object();
   if (!camera.which.empty()) out["camera"] = camera.which;
   if (camera.eye) out["eye"] = vector(*camera.eye);
   if (camera.target) out["target"] = vector(*camera.target);
-  if (camera.fov_deg) out["fov"] = *camera.fov_deg;
+  if (camera.fov_deg) out["fov"] = shortest(*camera.fov_deg);
   return out;
 }
 
@@ -44,15 +49,15 @@ Json options_json(const RenderRequest& request) {
            {"vpls-per-light", o.vpls.vpls_per_light},
            {"bounces", bounces_json(o.vpls.bounces)},
            {"deposit", name_of(o.vpls.deposit, kDeposits)},
-           {"deposit-distance", o.vpls.deposit_distance},
-           {"error", o.shade.error},
+           {"deposit-distance", shortest(o.vpls.deposit_distance)},
+           {"error", shortest(o.shade.error)},
            {"max-cut", o.shade.max_cut},
            {"tree", name_of(o.tree.builder, kTreeBuilders)},
            {"metric", name_of(o.tree.metric, kMetrics)},
            {"cut", name_of(o.shade.cut, kCutWalks)},
            {"ism-size", o.shade.ism_size},
            {"ism-points", o.shade.ism_points},
-           {"min-distance", o.shade.min_distance},
+           {"min-distance", shortest(o.shade.min_distance)},
            {"samples", samples_of(o.shade)},
            {"seed", o.vpls.seed},
            {"threads", o.threads}};

@@ -25,6 +25,13 @@ std::string read_text(const fs::path& path) {
   return text.str();
 }
 
+/// One triangle, no light, no camera.
+constexpr const char* kTriangle = R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
+  "nodes": [{"mesh": 0}], "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+  "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0]}],
+  "bufferViews": [{"buffer": 0, "byteLength": 36}], "buffers": [{"byteLength": 36, "uri":
+  "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]})";
+
 class RenderCommand : public testing::Test {
  protected:
   std::vector<std::string> words(std::vector<std::string> arguments) const {
@@ -109,6 +116,7 @@ TEST_F(RenderCommand, StatisticsHaveTheContractsSchema) {
   EXPECT_TRUE(json.at("version").is_string());
   EXPECT_FALSE(json.at("device").get<std::string>().empty());
   EXPECT_EQ(json.at("options").at("bounces"), 2);
+  EXPECT_EQ(json.at("options").at("error"), 0.02);
   EXPECT_EQ(json.at("options").at("size"), nlohmann::json({24, 16}));
   EXPECT_GT(json.at("vpls").at("count").get<int>(), 100);
   EXPECT_GT(json.at("pairs").get<double>(), 24 * 16);
@@ -193,12 +201,12 @@ TEST_F(RenderCommand, FullStandardOutputIsReported) {
 }
 
 TEST_F(RenderCommand, SceneWithoutLightPrintsAReadyCommand) {
-  std::ofstream(folder_ / "it's dark.obj") << "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
-  const ProgramResult r = render({"it's dark.obj", "--size", "8x8", "--vpls", "50", "-o", "a.exr"});
+  std::ofstream(folder_ / "it's dark.gltf") << kTriangle;
+  const ProgramResult r = render({"it's dark.gltf", "--size", "8x8", "--vpls", "50", "-o", "a.exr"});
   EXPECT_EQ(r.status, 3);
-  const std::string arguments = " render 'it'\\''s dark.obj' --size 8x8 --vpls 50 -o a.exr --environment 1";
+  const std::string arguments = " render 'it'\\''s dark.gltf' --size 8x8 --vpls 50 -o a.exr --environment 1";
   ASSERT_THAT(r.err, HasSubstr(LC_COMMAND + arguments));
-  EXPECT_THAT(folder_.names(), ElementsAre("it's dark.obj"));
+  EXPECT_THAT(folder_.names(), ElementsAre("it's dark.gltf"));
 
   // The proposed command works as it stands.
   ProgramOptions options;

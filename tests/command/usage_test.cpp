@@ -65,7 +65,7 @@ TEST(Usage, RenderHelpNamesEveryOptionOfTheContract) {
   }
 }
 
-TEST(Usage, NoLineOfHelpIsWiderThanAHundredColumns) {
+TEST(Usage, NoLineOfHelpIsWiderThan110Columns) {
   for (const char* name : {"render", "compare", "info", "scenes", "bench"}) {
     const std::string help = run_lightcuts({name, "--help"}).out;
     std::size_t column = 0;

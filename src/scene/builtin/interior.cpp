@@ -60,7 +60,7 @@ Palette make_palette(Scene& scene, bool lamp_light) {
   p.paper = add_material(scene, "paper", {0.75f, 0.72f, 0.65f});
   const Vec3 warm{1.0f, 0.62f, 0.30f};
   p.shade = add_material(scene, "lamp shade", {0.7f, 0.6f, 0.45f}, warm * (lamp_light ? 22.0f : 9.0f));
-  p.globe = add_material(scene, "globe", {0.7f, 0.7f, 0.7f}, Vec3{1.0f, 0.70f, 0.40f} * (lamp_light ? 40.0f : 7.0f));
+  p.globe = add_material(scene, "globe", {0.7f, 0.7f, 0.7f}, Vec3{1.0f, 0.70f, 0.40f} * (lamp_light ? 40.0f : 3.0f));
   for (const Vec3 color : {Vec3{0.60f, 0.22f, 0.15f},
                            {0.14f, 0.24f, 0.34f},
                            {0.70f, 0.62f, 0.48f},
@@ -214,14 +214,36 @@ void furnish(Scene& scene, const Palette& palette) {
 
 // ---- light
 
-/// A clear sky over a dim ground, bluer and darker towards the zenith, in 64 x 32 pixels.
-std::shared_ptr<const Image> sky(Vec3 zenith, Vec3 horizon, Vec3 ground) {
-  constexpr int kWidth = 64, kHeight = 32;
+/// What the windows show, as radiances.
+struct Landscape {
+  Vec3 zenith, horizon, far_hills, near_hills, meadow;
+};
+
+/// Height of a range of hills above the horizon [degrees] in a direction; whole waves, so that it closes.
+float crest(float azimuth, float height, float phase) {
+  return height * (1 + 0.35f * std::sin(5 * azimuth + phase) + 0.25f * std::sin(11 * azimuth + 2 * phase) +
+                   0.08f * std::sin(37 * azimuth + 3 * phase));
+}
+
+/// Radiance from outside at an elevation [degrees] and an azimuth [rad]. Outlines are as soft as a few pixels are wide.
+Vec3 landscape_radiance(const Landscape& land, float elevation, float azimuth) {
+  const auto above = [&](float edge) { return clamp_to(0.5f + (elevation - edge) / 1.2f, 0.0f, 1.0f); };
+  const auto over = [](Vec3 below, Vec3 top, float t) { return below + (top - below) * t; };
+  const float height = std::sin(max_of(elevation, 0.0f) * kPi / 180);
+  Vec3 color = over(land.meadow, land.near_hills, above(-2));
+  color = over(color, land.far_hills, above(crest(azimuth, 2.5f, 4.0f)));
+  return over(color, over(land.horizon, land.zenith, std::sqrt(height)), above(crest(azimuth, 7.5f, 1.0f)));
+}
+
+/// An equirectangular picture of the landscape; a third of a degree a pixel.
+std::shared_ptr<const Image> paint_landscape(const Landscape& land) {
+  constexpr int kWidth = 1024, kHeight = 512;
   auto image = std::make_shared<Image>(make_rgb_image(kWidth, kHeight));
   for (int y = 0; y < kHeight; ++y) {
-    const float height = std::cos(kPi * (static_cast<float>(y) + 0.5f) / kHeight);
-    const Vec3 color = height > 0 ? horizon + (zenith - horizon) * std::sqrt(height) : ground;
+    const float elevation = 90 - 180 * (static_cast<float>(y) + 0.5f) / kHeight;
     for (int x = 0; x < kWidth; ++x) {
+      const float azimuth = 2 * kPi * (static_cast<float>(x) + 0.5f) / kWidth;
+      const Vec3 color = landscape_radiance(land, elevation, azimuth);
       const auto pixel = static_cast<std::size_t>(y * kWidth + x);
       for (int c = 0; c < 3; ++c) image->channels[static_cast<std::size_t>(c)].values[pixel] = component(color, c);
     }
@@ -231,11 +253,18 @@ std::shared_ptr<const Image> sky(Vec3 zenith, Vec3 horizon, Vec3 ground) {
 
 void add_daylight(Scene& scene) {
   scene.directional_lights.push_back({normalize(Vec3{0.80f, -0.52f, -0.30f}), Vec3{1.0f, 0.86f, 0.66f} * 34.0f});
-  scene.environment = Environment{{1, 1, 1}, sky({1.3f, 2.3f, 4.2f}, {4.4f, 4.8f, 5.2f}, {0.75f, 0.95f, 0.55f})};
+  const Landscape land{
+      {1.3f, 2.4f, 4.4f}, {2.9f, 3.4f, 3.9f}, {1.0f, 1.4f, 1.7f}, {0.36f, 0.58f, 0.30f}, {0.70f, 0.88f, 0.40f}};
+  scene.environment = Environment{{1, 1, 1}, paint_landscape(land)};
 }
 
 void add_dusk(Scene& scene) {
-  scene.environment = Environment{{1, 1, 1}, sky({0.10f, 0.18f, 0.42f}, {0.55f, 0.50f, 0.62f}, {0.05f, 0.05f, 0.06f})};
+  const Landscape land{{0.08f, 0.15f, 0.40f},
+                       {0.75f, 0.50f, 0.48f},
+                       {0.16f, 0.17f, 0.30f},
+                       {0.05f, 0.06f, 0.09f},
+                       {0.06f, 0.07f, 0.08f}};
+  scene.environment = Environment{{1, 1, 1}, paint_landscape(land)};
 }
 
 void add_camera(Scene& scene, const char* name, Vec3 eye, Vec3 target, float vertical_fov_deg) {

@@ -28,7 +28,7 @@ void Images::warn(const JsonValue& where, const std::string& why) {
 }
 
 Images::Source Images::open(const JsonValue& image) {
-  Source source{image, readable_name(image.find("name").string_or("")), {}, {}};
+  Source source{image, image.name(), {}, {}};
   if (const JsonValue uri = image.find("uri")) {
     if (source.name.empty()) source.name = uri_name(uri.string());
     source.owned = read_uri(uri, context_.folder);

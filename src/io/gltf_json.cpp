@@ -128,6 +128,11 @@ std::string JsonValue::string() const {
 
 std::string JsonValue::string_or(const char* text) const { return value_ == nullptr ? text : string(); }
 
+std::string JsonValue::name() const {
+  const JsonValue member = find("name");
+  return member && member.value_->is_string() ? readable_name(member.string()) : std::string();
+}
+
 std::uint64_t JsonValue::count() const {
   if (value_->is_number_unsigned()) return value_->get<std::uint64_t>();
   if (value_->is_number_float()) {

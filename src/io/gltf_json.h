@@ -54,6 +54,8 @@ class JsonValue {
   [[nodiscard]] bool boolean_or(bool value) const;
   [[nodiscard]] std::string string() const;
   [[nodiscard]] std::string string_or(const char* text) const;
+  /// The `name` of an object, made readable; empty if there is none: names are not worth refusing a file for.
+  [[nodiscard]] std::string name() const;
   [[nodiscard]] std::uint64_t count() const;  ///< an integer that is not negative, also written as 3.0
   [[nodiscard]] std::uint64_t count_or(std::uint64_t value) const;
   /// This as an index into `array`; `what` says of what kind: "an accessor".

@@ -89,7 +89,7 @@ void add_camera(const JsonValue& reference, const Affine& world_from_camera, con
                 Context& context, Scene& scene) {
   const JsonValue camera = reference.follow(context.array("cameras"), "a camera");
   Camera out;
-  out.name = node_name.empty() ? readable_name(camera.find("name").string_or("")) : node_name;
+  out.name = node_name.empty() ? camera.name() : node_name;
   if (out.name.empty()) out.name = fmt::format("camera {}", scene.cameras.size());
   out.world_from_camera = world_from_camera;
   if (!read_lens(camera, out)) {

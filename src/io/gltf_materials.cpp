@@ -67,7 +67,7 @@ std::uint32_t Materials::use(const JsonValue& reference) {
 
 Material Materials::read(const JsonValue& material) {
   Material out;
-  out.name = readable_name(material.find("name").string_or(""));
+  out.name = material.name();
   if (out.name.empty()) out.name = fmt::format("material {}", materials_.size());
   read_reflection(material, out);
   read_emission(material, out);

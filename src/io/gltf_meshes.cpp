@@ -32,7 +32,7 @@ const std::vector<std::uint32_t>& Meshes::use(const JsonValue& reference) {
 
 void Meshes::read_mesh(const JsonValue& mesh, std::uint64_t index, std::vector<std::uint32_t>& out) {
   const JsonValue primitives = mesh.require("primitives");
-  std::string name = readable_name(mesh.find("name").string_or(""));
+  std::string name = mesh.name();
   if (name.empty()) name = fmt::format("mesh {}", index);
   for (std::size_t i = 0; i < primitives.size(); ++i) {
     if (!has_triangles(primitives[i], context_)) continue;

@@ -129,7 +129,7 @@ std::vector<std::uint32_t> NodeWalk::roots(const std::vector<std::uint32_t>& par
     return roots;
   }
   const JsonValue scene = chosen ? chosen.follow(scenes, "a scene") : scenes[0];
-  scene_.name = readable_name(scene.find("name").string_or(""));
+  scene_.name = scene.name();
   if (scenes.size() > 1) {
     context_.warnings.add(
         fmt::format("{}: only the default one of {} scenes was read.", context_.document.file(), scenes.size()));
@@ -175,7 +175,7 @@ void NodeWalk::walk(std::uint32_t root, std::vector<bool>& seen) {
 }
 
 void NodeWalk::visit(const JsonValue& node, const Transform& world_from_node) {
-  const std::string name = readable_name(node.find("name").string_or(""));
+  const std::string name = node.name();
   if (const JsonValue camera = node.find("camera")) {
     add_camera(camera, without_scale(world_from_node), name, context_, scene_);
   }

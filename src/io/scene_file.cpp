@@ -7,9 +7,7 @@
 #include <string_view>
 
 #include "io/gltf.h"
-#if __has_include("io/obj.h")
 #include "io/obj.h"
-#endif
 #include "lightcuts/error.h"
 #include "lightcuts/io.h"
 

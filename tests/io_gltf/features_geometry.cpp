@@ -127,8 +127,8 @@ TEST(Geometry, ZerosWithoutBytesAreLimited) {
 
 TEST(Geometry, ManyMeshesOnOneSmallBufferAreLimited) {
   GltfBuilder square = make_square();
-  const std::vector<std::uint8_t> zeros(3000000, 0);
-  const std::size_t accessor = square.add_accessor(square.add_values(zeros), 5121, "VEC3", 1000000);
+  const std::vector<std::uint8_t> zeros(3 * 999999, 0);
+  const std::size_t accessor = square.add_accessor(square.add_values(zeros), 5121, "VEC3", 999999);
   json primitive = {{"attributes", {{"POSITION", accessor}}}};
   square.root["meshes"][0]["primitives"] = json::array();
   for (int i = 0; i < 1000; ++i) square.root["meshes"][0]["primitives"].push_back(primitive);

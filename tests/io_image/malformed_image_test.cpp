@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
-#include <chrono>
+#include <ctime>
 #include <fstream>
 #include <map>
 #include <sstream>
@@ -20,7 +20,7 @@ enum class Outcome { loads, refused };
 /// Loads a picture that may be damaged: anything but success or an Error with a code for bad input fails the test.
 Outcome load(const fs::path& path) {
   SCOPED_TRACE(path);
-  const auto start = std::chrono::steady_clock::now();
+  const std::clock_t start = std::clock();  // processor time: other programs do not count
   Outcome outcome = Outcome::loads;
   try {
     const Image image = load_image(path);
@@ -32,7 +32,7 @@ Outcome load(const fs::path& path) {
     EXPECT_NE(std::string(e.what()).find(path.filename().string()), std::string::npos) << e.what();
     outcome = Outcome::refused;
   }
-  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(10));
+  EXPECT_LT(std::clock() - start, 10 * CLOCKS_PER_SEC);
   return outcome;
 }
 

@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
-#include <chrono>
+#include <ctime>
 #include <fstream>
 #include <map>
 #include <sstream>
@@ -28,7 +28,7 @@ struct Outcome {
 /// Opens a file that may be damaged: anything but a valid scene or an Error for bad input fails the test.
 Outcome load(const fs::path& path) {
   SCOPED_TRACE(path);
-  const auto start = std::chrono::steady_clock::now();
+  const std::clock_t start = std::clock();  // processor time: other programs do not count
   Outcome outcome;
   try {
     LoadedScene loaded = load_obj(path);
@@ -41,7 +41,7 @@ Outcome load(const fs::path& path) {
     EXPECT_TRUE(e.code() == Code::malformed || e.code() == Code::unsupported || e.code() == Code::invalid_scene)
         << e.what();
   }
-  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(10));
+  EXPECT_LT(std::clock() - start, 10 * CLOCKS_PER_SEC);
   return outcome;
 }
 

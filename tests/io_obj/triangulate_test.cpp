@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
+#include <ctime>
 
 namespace lightcuts::obj {
 namespace {
@@ -102,9 +102,9 @@ TEST(Triangulate, HugePolygonsTakeBoundedTime) {
   std::vector<Vec3> corners;
   for (const Vec2 p : star(300000, 0.5f)) corners.push_back({p.x, p.y, 0});
   Triangulator triangulator;
-  const auto start = std::chrono::steady_clock::now();
+  const std::clock_t start = std::clock();  // processor time: other programs do not count
   EXPECT_GT(triangulator.triangulate(corners).size(), 200000u);
-  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(10));
+  EXPECT_LT(std::clock() - start, 10 * CLOCKS_PER_SEC);
   EXPECT_TRUE(triangulator.gave_up());
 }
 

@@ -22,6 +22,7 @@ struct Lights {
   std::vector<PointLight> points;              ///< point and spot lights of the scene
   std::vector<DirectionalLight> directionals;  ///< directional lights and samples of the environment
   std::uint64_t primary_count = 0;             ///< how many of `vpls` lie on area lights
+  std::uint64_t sky_count = 0;                 ///< how many of `directionals`, the first, are environment samples
   std::uint64_t path_count = 0;                ///< light paths that were traced
 
   [[nodiscard]] std::uint64_t count() const { return vpls.size() + points.size() + directionals.size(); }

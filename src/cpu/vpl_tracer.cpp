@@ -97,6 +97,7 @@ void add_primary_lights(const Tracing& t, const Shares& shares, const std::vecto
     const Vec3 irradiance = sky.radiance / (sky.pdf * static_cast<float>(shares.sky));
     if (carries_light(irradiance)) lights.directionals.push_back({-sky.direction, irradiance});
   }
+  lights.sky_count = lights.directionals.size();
 }
 
 void add_punctual_lights(const Scene& scene, Lights& lights) {

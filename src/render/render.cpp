@@ -112,10 +112,10 @@ class Run {
     s.time_ms.vpls = timed([&] { backend_->trace_vpls(options_.vpls, progress_); });
     if (stopped_) return;
     const Lights& lights = backend_->lights();
-    s.vpls.count = lights.vpls.size();
-    s.vpls.primary = lights.primary_count;
+    s.vpls.count = lights.vpls.size() + lights.sky_count;
+    s.vpls.primary = lights.primary_count + lights.sky_count;
     s.vpls.paths = lights.path_count;
-    warn_of_count(lights);
+    warn_of_count();
 
     if (options_.shade.method != Method::lightcuts) return;
     s.time_ms.tree = timed([&] { backend_->build_light_tree(options_.tree, progress_); });
@@ -129,17 +129,18 @@ class Run {
   static std::array<const LightTree*, 3> trees(const LightTrees& t) { return {&t.vpls, &t.points, &t.directionals}; }
 
   /// The number of VPLs is met within 5 %, unless the scene's light cannot be made into so many.
-  void warn_of_count(const Lights& lights) {
+  void warn_of_count() {
     const VplOptions& o = options_.vpls;
     const double wanted = o.primary_lights > 0
                               ? static_cast<double>(o.primary_lights) * static_cast<double>(o.vpls_per_light + 1)
                               : static_cast<double>(o.count);
-    const auto got = static_cast<double>(lights.vpls.size());
+    const std::uint64_t made = result_.statistics.vpls.count;
+    const auto got = static_cast<double>(made);
     if (std::abs(got - wanted) <= 0.05 * wanted + 1) return;
     result_.warnings.push_back(
         fmt::format("There are {} VPLs where {:.0f} were asked for: much of the light leaves the scene or is absorbed, "
                     "or there are too few lights to begin with.",
-                    lights.vpls.size(), wanted));
+                    made, wanted));
   }
 
   void shade() {

@@ -52,6 +52,15 @@ TEST(Render, FillsPlanesStatisticsAndTimes) {
   EXPECT_TRUE(result.warnings.empty());
 }
 
+TEST(Render, CountsSamplesOfTheEnvironmentAmongTheVpls) {
+  Scene scene = lit_room();
+  scene.environment = Environment{};
+  const RenderResult result = render(scene, room_camera(), small(8));
+  EXPECT_NEAR(static_cast<double>(result.statistics.vpls.count), 1000, 50);
+  EXPECT_NEAR(static_cast<double>(result.statistics.vpls.primary), 250, 25);
+  EXPECT_TRUE(result.warnings.empty());
+}
+
 TEST(Render, ChoosesTheSize) {
   Scene scene = lit_room();
   Camera camera = room_camera();

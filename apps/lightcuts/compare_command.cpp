@@ -119,8 +119,8 @@ void add_compare_command(CLI::App& program, Action& action) {
   command->footer(kFooter);
   auto request = std::make_shared<CompareRequest>();
   constexpr double largest = std::numeric_limits<double>::max();
-  command->add_option("A", request->image, "image (.exr, .hdr, .png, .jpg)")->required()->option_text("");
-  command->add_option("B", request->reference, "reference, of the same size")->required()->option_text("");
+  command->add_option("A", request->image, "image (.exr, .hdr, .png, .jpg)")->required()->option_text("(required)");
+  command->add_option("B", request->reference, "reference, of the same size")->required()->option_text("(required)");
   command->add_flag("--json", request->json, "one JSON object instead of lines");
   add_value(
       *command, "--heatmap", "OUT.png", [request](const std::string& text) { request->heatmap = text; },

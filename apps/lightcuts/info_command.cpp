@@ -196,7 +196,7 @@ Examples:
 Exit status: 0 it can be opened, 2 wrong usage, 3 it cannot.)");
   auto spec = std::make_shared<std::string>();
   auto json = std::make_shared<bool>(false);
-  command->add_option("SCENE", *spec, kSceneHelp)->required()->option_text("");
+  command->add_option("SCENE", *spec, kSceneHelp)->required()->option_text("(required)");
   command->add_flag("--json", *json, "one JSON object instead of lines");
   command->callback([spec, json, &action] { action = [spec, json] { return run(*spec, *json); }; });
 }

@@ -116,7 +116,11 @@ void add_view_options(CLI::App& command, RenderRequest& request) {
   eye->group(group)->needs(target);
   target->group(group)->needs(eye);
   add_value(
-      command, "--environment", "COLOR|FILE", [&](const std::string& text) { request.environment = text; },
+      command, "--environment", "COLOR|FILE",
+      [&](const std::string& text) {
+        static_cast<void>(parse_colour(text));  // refuses a bad colour now; what is none is a file, opened later
+        request.environment = text;
+      },
       "light from outside: one radiance as R,G,B, one number or '#rrggbb',\n"
       "or an equirectangular .hdr or .exr file (default: the scene's, else none)")
       ->group(group);
@@ -219,7 +223,7 @@ void add_machine_options(CLI::App& command, RenderOptions& options) {
 }  // namespace
 
 void add_render_options(CLI::App& command, RenderRequest& request) {
-  command.add_option("SCENE", request.scene, kSceneHelp)->required()->option_text("");
+  command.add_option("SCENE", request.scene, kSceneHelp)->required()->option_text("(required)");
   add_output_options(command, request);
   add_view_options(command, request);
   add_method_options(command, request.options);

@@ -1,6 +1,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <sys/stat.h>
+
 #include <csignal>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -268,6 +270,27 @@ TEST_F(LongRender, SignalSavesWhatIsDone) {
     EXPECT_THAT(folder_.names(), ElementsAre("long.exr", "long.json"));
     EXPECT_THAT(program.err(), HasSubstr("will be saved"));
   }
+}
+
+TEST_F(LongRender, SecondSignalEndsAtOnceAndLeavesNoPart) {
+  Program program(long_words(), on_terminal());
+  ASSERT_TRUE(program.wait_for_err("shade")) << program.err();
+  program.send(SIGINT);
+  program.send(SIGTERM);
+  EXPECT_EQ(program.wait(), 130);
+  for (const std::string& name : folder_.names()) EXPECT_THAT(name, testing::StartsWith("long."));
+}
+
+TEST_F(LongRender, SignalBeforeTheWorkEndsAtOnce) {
+  // A pipe that nobody writes to: opening the scene waits.
+  const fs::path pipe = folder_ / "scene.gltf";
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  Program program(words({pipe.string(), "-o", (folder_ / "a.exr").string()}), {});
+  std::this_thread::sleep_for(std::chrono::milliseconds(200));
+  program.send(SIGTERM);
+  const int status = program.wait();
+  EXPECT_TRUE(status == 130 || status == 3) << status << program.err();
+  EXPECT_THAT(folder_.names(), ElementsAre("scene.gltf"));
 }
 
 TEST_F(LongRender, QuietAndNoColorHold) {

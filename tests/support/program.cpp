@@ -38,6 +38,7 @@ Ends make_terminal() {
 }
 
 [[noreturn]] void become(const std::vector<std::string>& words, const ProgramOptions& options, int out, int err) {
+  for (const int number : {SIGINT, SIGTERM}) signal(number, SIG_DFL);  // a job in the background ignores SIGINT
   dup2(open("/dev/null", O_RDONLY), STDIN_FILENO);
   dup2(out, STDOUT_FILENO);
   dup2(err, STDERR_FILENO);

@@ -11,6 +11,7 @@ namespace {
 #define LC_TARGET(options)
 #endif
 
+// NOLINTBEGIN(bugprone-macro-parentheses): attributes and asm operands take no parentheses.
 // Ten chains hide the latency of two units of four cycles; the empty asm keeps the compiler from folding them.
 #define LC_FMA_LOOP(name, bytes, target_options)                                                              \
   __attribute__((noinline)) target_options double name(long rounds) {                                         \
@@ -23,8 +24,10 @@ namespace {
       asm volatile("" : LC_REGISTER(a0), LC_REGISTER(a1), LC_REGISTER(a2), LC_REGISTER(a3), LC_REGISTER(a4)); \
       asm volatile("" : LC_REGISTER(a5), LC_REGISTER(a6), LC_REGISTER(a7), LC_REGISTER(a8), LC_REGISTER(a9)); \
     }                                                                                                         \
-    return static_cast<double>(rounds) * 10 * 2 * ((bytes) / 4);                                              \
+    constexpr int operations = 10 * 2 * ((bytes) / 4);                                                        \
+    return static_cast<double>(rounds) * operations;                                                          \
   }
+// NOLINTEND(bugprone-macro-parentheses)
 
 LC_FMA_LOOP(loop_16, 16, )
 #if defined(__x86_64__)

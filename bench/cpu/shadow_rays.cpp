@@ -181,8 +181,9 @@ void run(benchmark::State& state, const Case& c) {
 }  // namespace
 
 void register_shadow_rays() {
+  static std::vector<std::unique_ptr<Case>> cases;  // the benchmarks run later
   for (const char* name : {"cornell", "study"}) {
-    const auto c = std::make_shared<Case>(name);
+    Case* c = cases.emplace_back(std::make_unique<Case>(name)).get();
     record_and_check(*c);
     benchmark::RegisterBenchmark((std::string("shadow_rays/") + name).c_str(),
                                  [c](benchmark::State& state) { run(state, *c); })

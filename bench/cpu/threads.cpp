@@ -35,14 +35,14 @@ struct Case {
 
 void register_threads() {
   if (tbb::info::default_concurrency() < 2) return;
-  const auto c = std::make_shared<Case>();
-  if (find_channel(c->shade(*c->one), "R")->values != find_channel(c->shade(*c->two), "R")->values) {
+  static const Case c;
+  if (find_channel(c.shade(*c.one), "R")->values != find_channel(c.shade(*c.two), "R")->values) {
     throw std::runtime_error("two threads give another picture than one");
   }
   benchmark::RegisterBenchmark("threads/two_over_one",
-                               [c](benchmark::State& state) {
+                               [](benchmark::State& state) {
                                  compare_in_turns(
-                                     state, "speedup", [&] { c->shade(*c->one); }, [&] { c->shade(*c->two); },
+                                     state, "speedup", [&] { c.shade(*c.one); }, [&] { c.shade(*c.two); },
                                      [](double one, double two) { return one / two; });
                                })
       ->UseManualTime()

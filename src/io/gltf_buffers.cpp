@@ -17,9 +17,9 @@ std::size_t read_stride(const JsonValue& view, Context& context) {
     if (stride == 0 || stride > std::numeric_limits<std::uint32_t>::max()) {
       member.fail(fmt::format("expected a stride of 4 to {} bytes.", kLargestStride));
     }
-    context.warnings.add_once(
-        "stride", member.locate(fmt::format("{} bytes: glTF wants a multiple of 4 up to {}. It was read as written.",
-                                            stride, kLargestStride)));
+    context.warnings.add_at(
+        member, "stride",
+        fmt::format("{} bytes: glTF wants a multiple of 4 up to {}. It was read as written.", stride, kLargestStride));
   }
   return stride;
 }

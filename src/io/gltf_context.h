@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <map>
 #include <set>
 #include <string>
 #include <vector>
@@ -13,19 +14,26 @@ namespace lightcuts::gltf {
 /// Sentences for the user, each kept once, in the order of their coming.
 class Warnings {
  public:
-  void add(const std::string& sentence) {
-    if (said_.insert(sentence).second) sentences_.push_back(sentence);
-  }
-  /// Adds `sentence` unless one with this key was added before: for what may be found at thousands of places.
-  void add_once(const std::string& key, const std::string& sentence) {
-    if (said_.insert(key).second) sentences_.push_back(sentence);
-  }
-  [[nodiscard]] std::vector<std::string> take() { return std::move(sentences_); }
+  void add(const std::string& sentence);
+  /// Adds what is found at a place of the file. After `most` of one kind the others are only counted: a large file may
+  /// have a million, and finding the name of a place takes a search.
+  void add_at(const JsonValue& where, const std::string& kind, const std::string& text, std::size_t most = 1);
+  /// All sentences; the last one of a kind says how many more there were.
+  [[nodiscard]] std::vector<std::string> take();
 
  private:
+  struct Kind {
+    std::size_t count = 0;
+    std::size_t last = 0;  ///< index of the last sentence
+    std::size_t most = 0;
+  };
   std::set<std::string> said_;
+  std::map<std::string, Kind> kinds_;
   std::vector<std::string> sentences_;
 };
+
+/// How many warnings of one kind are told with their places, where each place matters.
+inline constexpr std::size_t kToldPlaces = 8;
 
 /// What a file may make us allocate: a fixed amount and so many times the bytes that it has.
 ///

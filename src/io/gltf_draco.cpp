@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <cstring>
+#include <stdexcept>
 
 #include "io/gltf_accessors.h"
 
@@ -137,7 +138,12 @@ Bytes unpack_indices(const draco::Mesh& mesh, const JsonValue& where, Context& c
 DracoPrimitive decode_draco(const JsonValue& primitive, const JsonValue& compression, Context& context,
                             Buffers& buffers) {
   const View view = buffers.view(compression.require("bufferView"));
-  const std::unique_ptr<draco::Mesh> mesh = decode(compression, view.bytes, context);
+  std::unique_ptr<draco::Mesh> mesh;
+  try {
+    mesh = decode(compression, view.bytes, context);
+  } catch (const std::length_error&) {
+    compression.fail("the Draco stream is broken. Export the scene again.");
+  }
   DracoPrimitive result;
   result.indices = unpack_indices(*mesh, compression, context);
   const JsonValue ids = compression.require("attributes");

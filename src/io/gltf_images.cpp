@@ -10,6 +10,8 @@
 namespace lightcuts::gltf {
 namespace {
 
+constexpr std::size_t kMostMissing = 200;
+
 /// Two images with one key have the same bytes.
 std::string key_of(const JsonValue& image) {
   if (const JsonValue uri = image.find("uri")) return "uri " + uri.string();
@@ -24,7 +26,15 @@ void renumber(TextureRef& texture, const std::vector<std::uint32_t>& number) {
 
 void Images::warn(const JsonValue& where, const std::string& why) {
   const bool located = why.starts_with(context_.document.file());
-  context_.warnings.add((located ? why : where.locate(why)) + " The texture is left out.");
+  if (located) {
+    context_.warnings.add(why + " The texture is left out.");
+  } else {
+    context_.warnings.add_at(where, "picture", why + " The texture is left out.", kMostMissing);
+  }
+  // Each costs a look at the disk and a sentence: beyond some the file is not worth it.
+  if (++missing_ > kMostMissing) {
+    where.fail(fmt::format("more than {} pictures of this file cannot be had. {}", kMostMissing, why));
+  }
 }
 
 Images::Source Images::open(const JsonValue& image) {

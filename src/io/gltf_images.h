@@ -34,6 +34,7 @@ class Images {
 
   Context& context_;
   Buffers& buffers_;
+  std::size_t missing_ = 0;  ///< pictures that could not be had
   std::vector<Source> sources_;
   std::map<std::string, std::uint32_t> numbers_;  ///< by what identifies the bytes
 };

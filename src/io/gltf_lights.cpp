@@ -19,7 +19,8 @@ Vec3 read_intensity(const JsonValue& light, Context& context) {
   if (const JsonValue member = light.find("color")) member.numbers(color.data(), color.size());
   const auto intensity = static_cast<float>(light.find("intensity").number_or(1));
   const Vec3 value = Vec3{color[0], color[1], color[2]} * intensity;
-  if (min_component(value) < 0) context.warnings.add(light.locate("negative light was taken for none."));
+  if (min_component(value) < 0)
+    context.warnings.add_at(light, "negative light", "negative light was taken for none.", kToldPlaces);
   return max_of(value, Vec3{0, 0, 0});
 }
 
@@ -30,9 +31,11 @@ void read_cone(const JsonValue& spot, Context& context, PointLight& out) {
   const double safe_outer = std::clamp(outer, kSmallestFalloff, right_angle);
   const double safe_inner = std::clamp(inner, 0.0, safe_outer - kSmallestFalloff);
   if (outer != safe_outer || inner < 0 || inner >= outer) {
-    context.warnings.add(
-        spot.locate(fmt::format("cone angles {} and {}: expected 0 <= inner < outer <= pi/2; {} and {} are used.",
-                                inner, outer, safe_inner, safe_outer)));
+    context.warnings.add_at(
+        spot, "cone",
+        fmt::format("cone angles {} and {}: expected 0 <= inner < outer <= pi/2; {} and {} are used.", inner, outer,
+                    safe_inner, safe_outer),
+        kToldPlaces);
   }
   out.cos_outer = static_cast<float>(std::cos(safe_outer));
   out.cos_inner = std::max(static_cast<float>(std::cos(safe_inner)), std::nextafter(out.cos_outer, 2.0f));
@@ -67,8 +70,7 @@ void add_light(const JsonValue& reference, const Affine& world_from_light, Conte
   const std::string type = light.require("type").string();
   const Vec3 intensity = read_intensity(light, context);
   if (light.find("range")) {
-    context.warnings.add_once("range",
-                              light.locate("the range of lights is ignored: light falls off as physics has it."));
+    context.warnings.add_at(light, "range", "the range of lights is ignored: light falls off as physics has it.");
   }
   if (type == "directional") {
     scene.directional_lights.push_back({-world_from_light.z, intensity});
@@ -80,8 +82,9 @@ void add_light(const JsonValue& reference, const Affine& world_from_light, Conte
     if (type == "spot") read_cone(light.require("spot"), context, out);
     scene.point_lights.push_back(out);
   } else {
-    context.warnings.add(
-        light.locate(fmt::format("\"{}\" is no type of light; the light was left out.", readable_name(type))));
+    context.warnings.add_at(light, "light type",
+                            fmt::format("\"{}\" is no type of light; the light was left out.", readable_name(type)),
+                            kToldPlaces);
   }
 }
 
@@ -93,7 +96,8 @@ void add_camera(const JsonValue& reference, const Affine& world_from_camera, con
   if (out.name.empty()) out.name = fmt::format("camera {}", scene.cameras.size());
   out.world_from_camera = world_from_camera;
   if (!read_lens(camera, out)) {
-    context.warnings.add(camera.locate("the type, angle or size is out of range; the camera was left out."));
+    context.warnings.add_at(camera, "camera", "the type, angle or size is out of range; the camera was left out.",
+                            kToldPlaces);
     return;
   }
   scene.cameras.push_back(out);

@@ -98,10 +98,12 @@ void Materials::read_emission(const JsonValue& material, Material& out) {
   const JsonValue strength =
       material.find("extensions").find("KHR_materials_emissive_strength").find("emissiveStrength");
   const auto factor = static_cast<float>(strength.number_or(1));
-  if (factor < 0) context_.warnings.add(strength.locate("a negative strength was taken for zero."));
+  if (factor < 0)
+    context_.warnings.add_at(strength, "negative", "a negative strength was taken for zero.", kToldPlaces);
   const JsonValue member = material.find("emissiveFactor");
   const Vec3 color = read_color(member, {0, 0, 0});
-  if (min_component(color) < 0) context_.warnings.add(member.locate("negative components were taken for zero."));
+  if (min_component(color) < 0)
+    context_.warnings.add_at(member, "negative", "negative components were taken for zero.", kToldPlaces);
   out.emission = max_of(color, Vec3{0, 0, 0}) * std::max(factor, 0.0f);
   // A texture without a factor emits nothing, and need not be decoded.
   if (max_component(out.emission) > 0) out.emission_texture = read_texture(material.find("emissiveTexture"));
@@ -116,7 +118,7 @@ void Materials::read_alpha(const JsonValue& material, Material& out) {
   } else if (mode == "BLEND") {
     blended_[materials_.size()].wanted = true;
   } else if (mode != "OPAQUE") {
-    context_.warnings.add(member.locate("expected OPAQUE, MASK or BLEND; taken for OPAQUE."));
+    context_.warnings.add_at(member, "alphaMode", "expected OPAQUE, MASK or BLEND; taken for OPAQUE.", kToldPlaces);
   }
 }
 
@@ -128,9 +130,10 @@ TextureRef Materials::read_texture(const JsonValue& info) {
   const std::uint64_t texcoord = (moved ? moved : info.find("texCoord")).count_or(0);
   const JsonValue texture = info.require("index").follow(context_.array("textures"), "a texture");
   if (texcoord > 1) {
-    context_.warnings.add_once("texCoord", info.locate(fmt::format("texture coordinates {}: only sets 0 and 1 are "
-                                                                   "read. Textures that use others were left out.",
-                                                                   texcoord)));
+    context_.warnings.add_at(info, "texCoord",
+                             fmt::format("texture coordinates {}: only sets 0 and 1 are "
+                                         "read. Textures that use others were left out.",
+                                         texcoord));
     return out;
   }
   out.texcoord = static_cast<std::uint8_t>(texcoord);
@@ -163,22 +166,23 @@ void Materials::warn_ignored(const JsonValue& material, const Material& out) {
 }
 
 void Materials::settle_blending(std::vector<Material>& materials, const std::vector<TextureImage>& images) {
+  std::size_t blended = 0;
   for (std::size_t i = 0; i < materials.size(); ++i) {
     if (!blended_[i].wanted) continue;
+    ++blended;
     Material& material = materials[i];
     const TextureRef& texture = material.base_color_texture;
     const bool varies =
         material.alpha < 1 || blended_[i].by_vertex || (texture.present() && has_alpha(images[texture.image]));
-    if (varies) {
-      material.alpha_mode = AlphaMode::mask;
-      material.alpha_cutoff = kBlendCutoff;
-    }
-    context_.warnings.add_once(
-        "blend",
-        fmt::format("{}: blended transparency is drawn as a mask: surfaces are there where alpha is at least {}. "
-                    "First met in material \"{}\".",
-                    context_.document.file(), kBlendCutoff, material.name));
+    if (!varies) continue;
+    material.alpha_mode = AlphaMode::mask;
+    material.alpha_cutoff = kBlendCutoff;
   }
+  if (blended == 0) return;
+  context_.warnings.add(fmt::format(
+      "{}: blended transparency is drawn as a mask: surfaces are there where alpha is at least {} (materials "
+      "that ask for blending: {}).",
+      context_.document.file(), kBlendCutoff, blended));
 }
 
 }  // namespace lightcuts::gltf

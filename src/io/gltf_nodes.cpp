@@ -138,9 +138,8 @@ std::vector<std::uint32_t> NodeWalk::roots(const std::vector<std::uint32_t>& par
   for (std::size_t i = 0; i < list.size(); ++i) {
     roots.push_back(list[i].index_in(nodes_, "a node"));
     if (parents[roots.back()] != kNone) {
-      context_.warnings.add_once(
-          "root",
-          list[i].locate("this node has a parent and is no root of the scene; its parent's transform was ignored."));
+      context_.warnings.add_at(
+          list[i], "root", "this node has a parent and is no root of the scene; its parent's transform was ignored.");
     }
   }
   return roots;
@@ -160,7 +159,7 @@ void NodeWalk::walk(std::uint32_t root, std::vector<bool>& seen) {
     stack.pop_back();
     const JsonValue node = nodes_[next.node];
     if (seen[next.node]) {
-      context_.warnings.add_once("seen", node.locate("the scene names this node twice; it was drawn once."));
+      context_.warnings.add_at(node, "seen", "the scene names this node twice; it was drawn once.");
       continue;
     }
     seen[next.node] = true;
@@ -205,11 +204,10 @@ void NodeWalk::place_mesh(const JsonValue& node, const JsonValue& mesh, const Tr
 
 void NodeWalk::warn_rest_pose(const JsonValue& node) {
   if (node.find("skin")) {
-    context_.warnings.add_once("skin", node.locate("skins are not applied: the mesh is drawn as it was modelled."));
+    context_.warnings.add_at(node, "skin", "skins are not applied: the mesh is drawn as it was modelled.");
   }
   if (node.find("weights").size() > 0) {
-    context_.warnings.add_once("weights",
-                               node.locate("morph weights of nodes are ignored; those of the mesh are applied."));
+    context_.warnings.add_at(node, "weights", "morph weights of nodes are ignored; those of the mesh are applied.");
   }
 }
 

@@ -16,6 +16,9 @@ namespace {
 constexpr std::uint64_t kLargestMode = 6;
 constexpr std::uint64_t kFirstTriangleMode = 4;
 
+/// Above it a float cannot tell where in a texel it is; kernels may convert what is below it to integers.
+constexpr float kLargestTexcoord = 1 << 20;
+
 // Elements are read as packed floats straight into these.
 static_assert(sizeof(Vec3) == 3 * sizeof(float) && sizeof(Vec2) == 2 * sizeof(float));
 static_assert(sizeof(Triangle) == 3 * sizeof(std::uint32_t));
@@ -137,8 +140,9 @@ std::vector<Triangle> PrimitiveReader::read_list() {
   const std::optional<Accessor> indices = index_accessor();
   const std::size_t count = indices ? indices->count : positions_.count;
   if (count % 3 != 0) {
-    context_.warnings.add(
-        primitive_.locate(fmt::format("{} corners are no whole number of triangles; the rest was left out.", count)));
+    context_.warnings.add_at(primitive_, "corners",
+                             fmt::format("{} corners are no whole number of triangles; the rest was left out.", count),
+                             kToldPlaces);
   }
   context_.budget.charge(count / 3 * sizeof(Triangle), primitive_);
   std::vector<Triangle> triangles(count / 3);
@@ -170,20 +174,21 @@ void PrimitiveReader::read_normals(Mesh& out) {
 void PrimitiveReader::read_texcoords(std::size_t set, Mesh& out) {
   const std::string name = fmt::format("TEXCOORD_{}", set);
   if (!attributes_.find(name.c_str())) {
-    context_.warnings.add_once(name, attributes_.locate(fmt::format(
-                                         "the material's textures need {}, which is missing; (0, 0) is used.", name)));
+    context_.warnings.add_at(attributes_, name,
+                             fmt::format("the material's textures need {}, which is missing; (0, 0) is used.", name));
     return;
   }
   out.texcoords[set] = read<Vec2>(open(name, 2));
   std::size_t broken = 0;
   for (Vec2& uv : out.texcoords[set]) {
-    if (std::isfinite(uv.x) && std::isfinite(uv.y)) continue;
+    if (std::abs(uv.x) <= kLargestTexcoord && std::abs(uv.y) <= kLargestTexcoord) continue;
     uv = {};
     ++broken;
   }
   if (broken > 0)
-    context_.warnings.add(
-        attributes_.locate(fmt::format("{} elements of {} are not finite; (0, 0) is used.", broken, name)));
+    context_.warnings.add_at(
+        attributes_, "finite",
+        fmt::format("{} elements of {} are not finite or far too large; (0, 0) is used.", broken, name), kToldPlaces);
 }
 
 std::uint8_t to_byte(float value) {
@@ -232,11 +237,11 @@ bool has_triangles(const JsonValue& primitive, Context& context) {
   const std::uint64_t mode = member.count_or(kFirstTriangleMode);
   if (mode > kLargestMode) member.fail(fmt::format("{} is no primitive mode; expected 0 to 6.", mode));
   if (mode < kFirstTriangleMode) {
-    context.warnings.add_once("mode", member.locate("points and lines are not drawn; such primitives were left out."));
+    context.warnings.add_at(member, "mode", "points and lines are not drawn; such primitives were left out.");
     return false;
   }
   if (!primitive.require("attributes").find("POSITION")) {
-    context.warnings.add_once("POSITION", primitive.locate("a primitive without positions was left out."));
+    context.warnings.add_at(primitive, "POSITION", "a primitive without positions was left out.");
     return false;
   }
   return true;

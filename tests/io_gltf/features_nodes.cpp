@@ -157,5 +157,15 @@ TEST(Nodes, SkinsAndAnimationsAreNamed) {
   EXPECT_TRUE(warns(loaded, "morph weights"));
 }
 
+TEST(Nodes, ManyWarningsOfAKindAreCounted) {
+  GltfBuilder square = make_square();
+  json line = square.primitive();
+  line["mode"] = 1;
+  square.root["meshes"][0]["primitives"] = std::vector<json>(20000, line);
+  const LoadedScene loaded = square.load();
+  EXPECT_EQ(loaded.warnings.size(), 1u);
+  EXPECT_TRUE(warns(loaded, "19999 more"));
+}
+
 }  // namespace
 }  // namespace lightcuts

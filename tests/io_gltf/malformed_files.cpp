@@ -1,7 +1,9 @@
 // The malformed files: each loads or is refused as its list says, and nothing else happens.
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
+#include <chrono>
 #include <fstream>
 #include <map>
 #include <sstream>
@@ -53,6 +55,21 @@ TEST(MalformedFiles, HostileScenesLoadOrAreRefusedAsListed) {
   }
   EXPECT_GE(seen, 120u);
 }
+
+#ifndef __SANITIZE_ADDRESS__
+/// Every malformed file in one process: at most 1 GiB for all of them, and 10 s for each.
+TEST(MalformedFiles, TakeLittleTimeAndMemory) {
+  LC_SKIP_WITHOUT_SHARED_SCENES();
+  for (const fs::path& path : files_below(shared_scenes() / "malformed", {".gltf", ".glb"})) {
+    const auto start = std::chrono::steady_clock::now();
+    try_load(path);
+    EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(10)) << path;
+  }
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  EXPECT_LT(usage.ru_maxrss, 1 << 20) << "kB";
+}
+#endif
 
 TEST(MalformedFiles, OthersLoadOrThrowAnError) {
   LC_SKIP_WITHOUT_SHARED_SCENES();

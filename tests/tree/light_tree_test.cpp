@@ -6,6 +6,7 @@
 #include "cpu/tree/assemble_tree.h"
 #include "cpu/tree/build_light_trees.h"
 #include "cpu/tree/leaf_clusters.h"
+#include "cpu/tree/ploc.h"
 #include "light_samples.h"
 #include "lightcuts/error.h"
 
@@ -126,6 +127,24 @@ TEST(LightTree, HoldsADegenerateChain) {
   ASSERT_EQ(tree.nodes.size(), 2 * std::size_t{kCount} - 1);
   EXPECT_EQ(tree.depth, kCount);
   EXPECT_NEAR(tree.nodes[0].intensity.z, 0.1 * kCount, 1e-5 * 0.1 * kCount);
+}
+
+// Equally spaced and ever brighter: each prefers its neighbour on the same side, so that one pair alone chooses each other.
+TEST(LightTree, TakesFewRoundsForLightsInARow) {
+  std::vector<Vpl> lights;
+  for (int i = 0; i < 65536; ++i)
+    lights.push_back({{static_cast<float>(i), 0, 0}, {0, 1, 0}, Vec3{1, 1, 1} * (1 + 1e-4f * static_cast<float>(i))});
+  int rounds = 0;
+  const MergeTree tree =
+      build_ploc(leaf_clusters(lights, Metric::walter, 1e5f), {}, [&](double) { return ++rounds < 200; });
+  EXPECT_EQ(tree.leaf_count(), lights.size());
+  EXPECT_LT(rounds, 60);
+}
+
+TEST(LightTree, GreedyBuilderOfManyLightsKeepsItsPromises) {
+  test::LightSamples samples(48);
+  const std::vector<Vpl> lights = samples.on_walls(40000);
+  expect_valid(build(lights, TreeBuilder::agglomerative).vpls, lights);
 }
 
 TEST(LightTree, IsTheSameForAnyNumberOfThreads) {

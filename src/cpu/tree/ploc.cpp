@@ -114,10 +114,15 @@ class LocalMerging {
 
   [[nodiscard]] std::uint32_t count() const { return static_cast<std::uint32_t>(clusters_.size()); }
 
-  /// Merges all pairs that chose each other.
+  /// Merges all pairs that chose each other. Where each prefers the next (lights in a row, ever brighter) hardly any do:
+  /// then neighbours merge if one of both wants, and if that does not help either, whether they want or not.
   void round() {
+    const std::uint32_t before = count();
     choose_partners();
+    if (reluctance_ > 0) pair_neighbours(reluctance_ > 1);
     merge_mutual();
+    const bool stuck = before - count() < before / 64;
+    reluctance_ = stuck ? min_of(reluctance_ + 1, 2) : 0;
   }
 
   /// Hands the rest to the greedy builder.
@@ -142,6 +147,7 @@ class LocalMerging {
   }
 
   void choose_partners();
+  void pair_neighbours(bool whether_they_want_or_not);
   void merge_mutual();
 
   MetricScale scale_;
@@ -151,6 +157,7 @@ class LocalMerging {
   std::vector<std::int32_t> offsets_;  ///< to the partner each cluster chose
   MergeTree merges_;
   std::uint32_t first_id_ = 0, next_id_ = 0;
+  int reluctance_ = 0;  ///< rounds before that merged hardly anything
 };
 
 void LocalMerging::choose_partners() {
@@ -166,6 +173,15 @@ void LocalMerging::choose_partners() {
     for (std::uint32_t i = begin; i < end; ++i)
       offsets_[i] = ploc_offset(window.up[i - first], window.down[i - first], i);
   });
+}
+
+void LocalMerging::pair_neighbours(bool whether_they_want_or_not) {
+  for (std::uint32_t i = 0; i + 1 < count(); i += 2) {
+    if (whether_they_want_or_not || offsets_[i] == 1 || offsets_[i + 1] == -1) {
+      offsets_[i] = 1;
+      offsets_[i + 1] = -1;
+    }
+  }
 }
 
 void LocalMerging::merge_mutual() {

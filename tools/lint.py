@@ -14,6 +14,7 @@ import re
 import shutil
 import subprocess
 import sys
+import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 LAW = "14"
@@ -28,6 +29,16 @@ def clang_tidy():
             major = re.search(r"version (\d+)", version)[1]
             return (name, version) if major == LAW else (None, f"here is version {major}")
     return None, "here is none"
+
+
+def really_lints(tool):
+    """Whether the tool finds the fault in a faulty source: a linter that is broken must not look like clean code."""
+    with tempfile.TemporaryDirectory() as folder:
+        source = pathlib.Path(folder) / "faulty.cpp"
+        source.write_text("struct A { virtual ~A(); virtual void f(); };\nstruct B : A { void f(); };\n", encoding="utf-8")
+        done = subprocess.run([tool, f"--config-file={ROOT}/.clang-tidy", str(source), "--", "-std=c++20"],
+                              capture_output=True, text=True, check=False)
+        return done.returncode != 0 and "modernize-use-override" in done.stdout
 
 
 def our_headers(file, seen):
@@ -56,7 +67,7 @@ def lint(tool, build, entry):
     command = [tool, "-p", str(build), "--quiet", f"--header-filter={ROOT}/(include|src|apps|tests|bench)/.*",
                "--extra-arg=-Wno-unknown-warning-option", "--extra-arg=-Wno-ignored-optimization-argument", entry["file"]]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
-    return done.returncode == 0, f"{entry['file']}:\n{done.stdout}{done.stderr}"
+    return done.returncode == 0, f"{entry['file']}: status {done.returncode}\n{done.stdout}{done.stderr}"
 
 
 def main():
@@ -65,6 +76,9 @@ def main():
     if tool is None:
         print(f"Nothing is linted: it takes clang-tidy {LAW} (Debian 12's), {version}.")
         return 0
+    if not really_lints(tool):
+        print(f"{shutil.which(tool)} finds no fault in a faulty source, so it cannot be trusted; reinstall clang-tidy.")
+        return 1
     passed = pathlib.Path(os.environ.get("XDG_CACHE_HOME", pathlib.Path.home() / ".cache")) / "lightcuts" / "lint"
     passed.mkdir(parents=True, exist_ok=True)
 

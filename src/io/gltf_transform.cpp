@@ -1,5 +1,6 @@
 #include "io/gltf_transform.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 

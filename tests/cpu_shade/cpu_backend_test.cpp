@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "cpu_shade/random_packet.h"
 #include "cpu_shade/rooms.h"
 #include "lightcuts/error.h"

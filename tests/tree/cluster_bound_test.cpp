@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "kernels/light_cluster.h"
 #include "light_samples.h"
 #include "oracle/cluster_terms.h"

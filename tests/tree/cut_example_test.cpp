@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "cpu/tree/agglomerative.h"
 #include "cpu/tree/assemble_tree.h"
 #include "cpu/tree/leaf_clusters.h"

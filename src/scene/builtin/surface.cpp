@@ -1,5 +1,6 @@
 #include "scene/builtin/surface.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -33,6 +34,7 @@ std::vector<SegmentNormals> profile_normals(const std::vector<Vec2>& profile) {
 }  // namespace
 
 void add_lathe(Mesh& mesh, const std::vector<Vec2>& profile, int segments, Vec3 center) {
+  segments = std::max(segments, 3);  // fewer enclose nothing
   const std::vector<SegmentNormals> normals = profile_normals(profile);
   const auto add_ring = [&](Vec2 point, Vec2 normal, float v) {
     for (int k = 0; k <= segments; ++k) {

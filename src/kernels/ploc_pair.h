@@ -1,6 +1,5 @@
 #pragma once
 
-#include <bit>
 #include <cstdint>
 
 #include "lightcuts/math.h"
@@ -9,6 +8,8 @@ namespace lightcuts {
 
 /// Largest search window of the locally ordered builder; its offset shares a word with a pair's size.
 inline constexpr std::uint32_t kLargestPlocRadius = 31;
+
+// The compiler's own bit cast: the library's is a host function to nvcc.
 
 /// A pair's size with its place in the order of ties in the lowest five bits: a float that orders pairs.
 ///
@@ -22,7 +23,7 @@ LC_FN float ploc_rank(float size, std::uint32_t lower, std::uint32_t offset) {
   const bool first = (offset == 1) & ((lower & 1u) == 0);
   const std::uint32_t code = first ? 0u : offset;
   const float finite = min_of(size, 1e38f);
-  return std::bit_cast<float>((std::bit_cast<std::uint32_t>(finite) & ~kLargestPlocRadius) | code);
+  return __builtin_bit_cast(float, (__builtin_bit_cast(std::uint32_t, finite) & ~kLargestPlocRadius) | code);
 }
 
 /// How far up (positive) or down (negative) the best partner of the cluster at `position` is.
@@ -31,7 +32,7 @@ LC_FN float ploc_rank(float size, std::uint32_t lower, std::uint32_t offset) {
 /// @param down  the same for pairs further down
 LC_FN std::int32_t ploc_offset(float up, float down, std::uint32_t position) {
   const float best = up < down ? up : down;
-  const auto code = static_cast<std::int32_t>(std::bit_cast<std::uint32_t>(best) & kLargestPlocRadius);
+  const auto code = static_cast<std::int32_t>(__builtin_bit_cast(std::uint32_t, best) & kLargestPlocRadius);
   if (code == 0) return (position & 1u) == 0 ? 1 : -1;
   return up < down ? code : -code;
 }

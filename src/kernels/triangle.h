@@ -1,0 +1,80 @@
+#pragma once
+
+#include "lightcuts/math.h"
+
+namespace lightcuts {
+
+/// What of a ray the watertight triangle test needs, computed once a ray.
+///
+/// The ray is sheared so that it points along +z of permuted axes: then neighbours that share an edge evaluate the very
+/// same edge function, and no ray slips between them.
+/// Source: Woop, Benthin, Wald 2013, "Watertight Ray/Triangle Intersection".
+struct ShearedRay {
+  Vec3 direction;
+  int kx, ky, kz;
+  float sx, sy;
+};
+
+LC_FN ShearedRay shear(Vec3 direction) {
+  const float ax = direction.x < 0 ? -direction.x : direction.x;
+  const float ay = direction.y < 0 ? -direction.y : direction.y;
+  const float az = direction.z < 0 ? -direction.z : direction.z;
+  const int kz = ax > ay ? (ax > az ? 0 : 2) : (ay > az ? 1 : 2);
+  int kx = kz == 2 ? 0 : kz + 1;
+  int ky = kx == 2 ? 0 : kx + 1;
+  const float dz = component(direction, kz);
+  if (dz < 0) {
+    const int swap = kx;
+    kx = ky;
+    ky = swap;
+  }
+  return {direction, kx, ky, kz, component(direction, kx) / dz, component(direction, ky) / dz};
+}
+
+/// a b - c d with both products rounded: never fused, so that swapping the pairs only flips the sign. With a fused
+/// multiply-add two neighbours would disagree about their common edge.
+LC_FN float product_difference(float a, float b, float c, float d) {
+#if defined(__CUDA_ARCH__)
+  return __fsub_rn(__fmul_rn(a, b), __fmul_rn(c, d));
+#else
+  return a * b - c * d;
+#endif
+}
+
+/// Distance and barycentric coordinates (weights of corners 1 and 2) of a hit; t < 0: none.
+struct TriangleHit {
+  float t, u, v;
+};
+
+/// Meets a triangle from either side within [t_min, t_max]; both ends count.
+LC_FN TriangleHit intersect_triangle(Vec3 origin, const ShearedRay& ray, Vec3 p0, Vec3 p1, Vec3 p2, float t_min,
+                                     float t_max) {
+  const TriangleHit miss{-1, 0, 0};
+  const Vec3 a = p0 - origin, b = p1 - origin, c = p2 - origin;
+  const float akz = component(a, ray.kz), bkz = component(b, ray.kz), ckz = component(c, ray.kz);
+  // Each corner is projected alike in every triangle that shares it: the compiler may fuse, but always the same way.
+  const float ax = component(a, ray.kx) - ray.sx * akz, ay = component(a, ray.ky) - ray.sy * akz;
+  const float bx = component(b, ray.kx) - ray.sx * bkz, by = component(b, ray.ky) - ray.sy * bkz;
+  const float cx = component(c, ray.kx) - ray.sx * ckz, cy = component(c, ray.ky) - ray.sy * ckz;
+  float e0 = product_difference(cx, by, cy, bx);
+  float e1 = product_difference(ax, cy, ay, cx);
+  float e2 = product_difference(bx, ay, by, ax);
+  // On an edge float cannot tell the side; double can, and both neighbours then agree.
+  if (e0 == 0 || e1 == 0 || e2 == 0) {
+    e0 = static_cast<float>(static_cast<double>(cx) * by - static_cast<double>(cy) * bx);
+    e1 = static_cast<float>(static_cast<double>(ax) * cy - static_cast<double>(ay) * cx);
+    e2 = static_cast<float>(static_cast<double>(bx) * ay - static_cast<double>(by) * ax);
+  }
+  if ((e0 < 0 || e1 < 0 || e2 < 0) && (e0 > 0 || e1 > 0 || e2 > 0)) return miss;
+  const float det = e0 + e1 + e2;
+  if (det == 0) return miss;
+  // Whether it hits is decided; where, the plane tells better: edge functions of a triangle seen at a grazing angle are
+  // all cancellation, its edges are not.
+  const Vec3 normal = cross(p1 - p0, p2 - p0);
+  const float t = dot(a, normal) / dot(ray.direction, normal);
+  if (!(t >= t_min && t <= t_max)) return miss;
+  const float inv_det = 1.0f / det;
+  return {t, e1 * inv_det, e2 * inv_det};
+}
+
+}  // namespace lightcuts

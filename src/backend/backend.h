@@ -56,4 +56,11 @@ class Backend {
 /// Throws Error{invalid_argument} if the environment variable LIGHTCUTS_ISA names no instruction set of this machine.
 std::unique_ptr<Backend> make_cpu_backend(int threads);
 
+/// The stages on GPU number `device` (src/cuda); only in builds with CUDA. `memory_limit` [bytes], 0: three quarters of
+/// what is free. Throws Error{no_device} where it does not answer, Error{not_built} where this build has no code for it.
+std::unique_ptr<Backend> make_cuda_backend(int device, std::uint64_t memory_limit);
+
+/// How many GPUs answer; 0 in a build without CUDA.
+int cuda_device_count() noexcept;
+
 }  // namespace lightcuts

@@ -3,18 +3,9 @@
 #include <algorithm>
 
 #include "kernels/camera_path.h"
+#include "kernels/pixel_sample.h"
 
 namespace lightcuts {
-namespace {
-
-SampleStream pixel_stream(std::uint64_t seed, const CameraView& camera, int x, int y, std::uint32_t sample) {
-  const auto pixel =
-      static_cast<std::uint64_t>(y) * static_cast<std::uint64_t>(camera.width_px) + static_cast<std::uint64_t>(x);
-  return {derive_seed(seed, pixel), sample, true};
-}
-
-}  // namespace
-
 PathTracer::PathTracer(const CpuScene& scene, const EmitterTable& emitters, const RayTracer& tracer, int bounces,
                        std::uint64_t seed)
     : scene_(scene),
@@ -24,11 +15,11 @@ PathTracer::PathTracer(const CpuScene& scene, const EmitterTable& emitters, cons
       seed_(seed) {}
 
 Vec2 PathTracer::position_in_pixel(const CameraView& camera, int x, int y, std::uint32_t sample) const {
-  return pixel_stream(seed_, camera, x, y, sample).draw(0).unit2(0);
+  return pixel_stream(seed_, static_cast<int>(camera.width_px), x, y, sample).draw(0).unit2(0);
 }
 
 Vec3 PathTracer::radiance(const CameraView& camera, int x, int y, std::uint32_t sample) const {
-  const SampleStream stream = pixel_stream(seed_, camera, x, y, sample);
+  const SampleStream stream = pixel_stream(seed_, static_cast<int>(camera.width_px), x, y, sample);
   const Vec2 inside = stream.draw(0).unit2(0);
   const Ray ray = camera_ray(camera, static_cast<float>(x) + inside.x, static_cast<float>(y) + inside.y);
   return estimate_radiance(scene_.view(), emitters_.view(), tracer_, ray, stream, reflections_);

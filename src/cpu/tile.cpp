@@ -3,7 +3,7 @@
 #include <limits>
 
 #include "cpu/ray_tracer.h"
-#include "math/sample_stream.h"
+#include "kernels/pixel_sample.h"
 
 namespace lightcuts {
 namespace {
@@ -38,15 +38,6 @@ View make_view(const Camera& camera, int width, int height, std::uint32_t sample
           centred};
 }
 
-Vec2 sample_position(const View& view, int x, int y, std::uint32_t sample) {
-  const Vec2 corner{static_cast<float>(x), static_cast<float>(y)};
-  if (view.centred) return corner + Vec2{0.5f, 0.5f};
-  const auto pixel =
-      static_cast<std::uint64_t>(y) * static_cast<std::uint64_t>(view.width) + static_cast<std::uint64_t>(x);
-  const SampleStream stream{derive_seed(view.seed, pixel), sample, true};
-  return corner + stream.draw(0).unit2(0);
-}
-
 Tile trace_tile(const View& view, int x0, int y0, std::uint32_t sample, const SceneView& scene, const RayTracer& tracer,
                 const EmitterView& emitters) {
   Tile tile{};
@@ -61,7 +52,7 @@ Tile trace_tile(const View& view, int x0, int y0, std::uint32_t sample, const Sc
       packet.inside_picture |= 1u << lane;
       packet.depth[lane] = std::numeric_limits<float>::infinity();
 
-      const Vec2 at = sample_position(view, x, y, sample);
+      const Vec2 at = sample_position(view.seed, view.width, x, y, sample, view.centred);
       const Ray ray = camera_ray(view.camera, at.x, at.y);
       const Hit hit = tracer.intersect(ray);
       if (hit.valid()) {

@@ -58,10 +58,6 @@ struct View {
 View make_view(const Camera& camera, int width, int height, std::uint32_t sample_count, std::uint64_t seed,
                bool centred);
 
-/// A point of the picture plane [pixels] within pixel (x, y): its centre, or a point of the pixel's own
-/// low-discrepancy sequence, which is the path tracer's too. Depends on nothing else.
-Vec2 sample_position(const View& view, int x, int y, std::uint32_t sample);
-
 /// What one sample a pixel sees: the g-buffer of the tile whose corner is (x0, y0).
 Tile trace_tile(const View& view, int x0, int y0, std::uint32_t sample, const SceneView& scene, const RayTracer& tracer,
                 const EmitterView& emitters);

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <mutex>
 
+#include "backend/vpl_plan.h"
 #include "kernels/light_path.h"
 #include "lightcuts/error.h"
 
@@ -15,30 +16,6 @@ namespace lightcuts {
 namespace {
 
 constexpr std::uint64_t kChunk = 512;  ///< paths that one task traces, one after the other
-enum Purpose : std::uint64_t { area_samples = 1, sky_samples = 2, punctual_samples = 3, pilot = 4, thinning = 5 };
-
-/// Number of samples of each kind of emitter. Every kind with power gets at least one.
-struct Shares {
-  std::uint64_t area = 0, punctual = 0, sky = 0;
-  [[nodiscard]] std::uint64_t total() const { return area + punctual + sky; }
-};
-
-Shares share_by_power(std::uint64_t n, double area, double punctual, double sky) {
-  const double total = area + punctual + sky;
-  const auto part = [&](double power) -> std::uint64_t {
-    if (!(power > 0)) return 0;
-    return std::max<std::uint64_t>(1, static_cast<std::uint64_t>(std::llround(static_cast<double>(n) * power / total)));
-  };
-  return {part(area), part(punctual), part(sky)};
-}
-
-/// A sample of an emitter that light paths can start from.
-struct Primary {
-  std::uint32_t entry = 0;
-  double probability = 0;
-  Vec2 start;
-  float side = 0;
-};
 
 /// Everything that the helpers below share.
 struct Tracing {
@@ -57,16 +34,14 @@ struct Tracing {
   [[nodiscard]] double sky_power() const { return table.power(emitters.punctual_end(), emitters.entry_count()); }
 };
 
-Primary draw_primary(const Tracing& t, Purpose purpose, std::uint64_t index, std::uint32_t first, std::uint32_t last) {
-  const SampleStream stream = t.stream(derive_seed(t.options.seed, purpose), index);
-  const Sample4 where = stream.draw(0), which = stream.draw(1);
-  const Choice choice = sample_emitter(t.emitters, first, last, which.unit_double(0));
-  return {choice.index, choice.probability, where.unit2(0), which.unit(1)};
+PrimarySample draw_primary(const Tracing& t, VplPurpose purpose, std::uint64_t index, std::uint32_t first,
+                           std::uint32_t last) {
+  return lightcuts::draw_primary(t.emitters, t.stream(derive_seed(t.options.seed, purpose), index), first, last);
 }
 
 /// Samples of all kinds: those on area lights and of the sky are lights of the sum, too.
-std::vector<Primary> draw_primaries(const Tracing& t, const Shares& shares) {
-  std::vector<Primary> primaries;
+std::vector<PrimarySample> draw_primaries(const Tracing& t, const VplShares& shares) {
+  std::vector<PrimarySample> primaries;
   const EmitterView& e = t.emitters;
   primaries.reserve(shares.total());
   for (std::uint64_t i = 0; i < shares.area; ++i) {
@@ -81,11 +56,10 @@ std::vector<Primary> draw_primaries(const Tracing& t, const Shares& shares) {
   return primaries;
 }
 
-bool carries_light(Vec3 v) { return max_component(v) > 0 && is_finite(v); }
-
-void add_primary_lights(const Tracing& t, const Shares& shares, const std::vector<Primary>& primaries, Lights& lights) {
+void add_primary_lights(const Tracing& t, const VplShares& shares, const std::vector<PrimarySample>& primaries,
+                        Lights& lights) {
   for (std::uint64_t i = 0; i < shares.area; ++i) {
-    const Primary& p = primaries[i];
+    const PrimarySample& p = primaries[i];
     const AreaSample s = sample_area(t.scene, t.emitters, p.entry, p.start, p.side);
     const Vec3 intensity = s.intensity * static_cast<float>(1 / (p.probability * static_cast<double>(shares.area)));
     if (carries_light(intensity)) lights.vpls.push_back({s.position, s.axis, intensity});  // (3.4)
@@ -142,16 +116,9 @@ bool collect_paths(std::uint64_t paths, const ProgressFn& progress, Trace trace,
   return true;
 }
 
-/// What paths that are not used for anything else tell of the number of VPLs that a path leaves.
-struct Pilot {
-  double paths = 0;
-  double yield = 0;   ///< mean number
-  double spread = 0;  ///< its standard deviation over its mean
-};
-
-Pilot fly_pilot(const Tracing& t, std::uint64_t wanted) {
-  const std::uint64_t paths = std::clamp<std::uint64_t>(2 * wanted, 2048, 32768);
-  const std::uint64_t seed = derive_seed(t.options.seed, pilot);
+VplPilot fly_pilot(const Tracing& t, std::uint64_t wanted) {
+  const std::uint64_t paths = pilot_path_count(wanted);
+  const std::uint64_t seed = derive_seed(t.options.seed, pilot_paths);
   std::vector<int> counts(paths, 0);
   tbb::parallel_for(tbb::blocked_range<std::uint64_t>(0, paths, kChunk), [&](const auto& range) {
     for (std::uint64_t i = range.begin(); i != range.end(); ++i) {
@@ -161,19 +128,7 @@ Pilot fly_pilot(const Tracing& t, std::uint64_t wanted) {
   });
   double sum = 0, sum_sq = 0;
   for (const int c : counts) sum += c, sum_sq += static_cast<double>(c) * c;
-  const auto n = static_cast<double>(paths);
-  const double yield = sum / n;
-  return {n, yield, yield > 0 ? std::sqrt(std::max(sum_sq / n - yield * yield, 0.0)) / yield : 0.0};
-}
-
-/// Number of paths that will leave at least 96 % of `wanted` VPLs, but for one case in a thousand.
-std::uint64_t paths_for(std::uint64_t wanted, const Pilot& flown) {
-  const auto n = static_cast<double>(std::max<std::uint64_t>(wanted, 1));
-  const double most = 64 * n + 1;
-  double paths = flown.yield > 0 ? n / flown.yield : most;
-  const double deviation = flown.spread * std::sqrt(1 / std::max(paths, 1.0) + 1 / flown.paths);
-  paths *= 1 + std::max(0.0, 3 * deviation - 0.04);
-  return static_cast<std::uint64_t>(std::clamp(std::round(std::min(paths, most)), 1.0, 4294967295.0));
+  return make_pilot(paths, sum, sum_sq);
 }
 
 /// Keeps `wanted` of the VPLs behind `first`, evenly along the order of paths from a random start, and makes up for the
@@ -181,7 +136,7 @@ std::uint64_t paths_for(std::uint64_t wanted, const Pilot& flown) {
 void thin_out(std::uint64_t first, std::uint64_t wanted, std::uint64_t seed, std::vector<Vpl>& vpls) {
   const std::uint64_t made = vpls.size() - first;
   const double step = static_cast<double>(wanted) / static_cast<double>(made);
-  const double start = philox(0, 0, 0, derive_seed(seed, thinning)).unit_double(0);
+  const double start = philox(0, 0, 0, derive_seed(seed, vpl_thinning)).unit_double(0);
   std::uint64_t kept = first;
   for (std::uint64_t j = 0; j < made; ++j) {
     const double before = start + step * static_cast<double>(j), after = start + step * static_cast<double>(j + 1);
@@ -195,7 +150,7 @@ bool trace_counted(const Tracing& t, const ProgressFn& progress, Lights& lights)
   const std::uint64_t n = t.options.count;
   const bool samples = t.area_power() + t.sky_power() > 0;
   const std::uint64_t primary = !samples ? 0 : t.options.bounces == 0 ? n : std::max<std::uint64_t>(1, (n + 2) / 4);
-  const Shares shares = share_by_power(primary, t.area_power(), 0, t.sky_power());
+  const VplShares shares = share_by_power(primary, t.area_power(), 0, t.sky_power());
   add_primary_lights(t, shares, draw_primaries(t, shares), lights);
   if (t.options.bounces == 0) return true;
   const std::uint64_t wanted = std::max<std::uint64_t>(1, n - std::min(n, shares.total()));
@@ -209,55 +164,34 @@ bool trace_counted(const Tracing& t, const ProgressFn& progress, Lights& lights)
       },
       lights.vpls);
   const std::uint64_t made = lights.vpls.size() - first;
-  if (static_cast<double>(made) > 1.04 * static_cast<double>(wanted)) {
-    thin_out(first, wanted, t.options.seed, lights.vpls);
-  }
+  if (needs_thinning(made, wanted)) thin_out(first, wanted, t.options.seed, lights.vpls);
   return complete;
 }
 
 bool trace_study_layout(const Tracing& t, const ProgressFn& progress, Lights& lights) {
   const std::uint64_t k = t.options.vpls_per_light;
-  const Shares shares = share_by_power(t.options.primary_lights, t.area_power(), t.punctual_power(), t.sky_power());
-  const std::vector<Primary> primaries = draw_primaries(t, shares);
+  const VplShares shares = share_by_power(t.options.primary_lights, t.area_power(), t.punctual_power(), t.sky_power());
+  const std::vector<PrimarySample> primaries = draw_primaries(t, shares);
   add_primary_lights(t, shares, primaries, lights);
   if (t.options.bounces == 0) return true;
   lights.path_count = shares.total() * k;
   return collect_paths(
       lights.path_count, progress,
       [&](std::uint64_t i, auto&& sink) {
-        const Primary& p = primaries[i / k];
+        const PrimarySample& p = primaries[i / k];
         const bool area = p.entry < t.emitters.triangle_count, sky = p.entry >= t.emitters.punctual_end();
         const std::uint64_t of_kind = area ? shares.area : sky ? shares.sky : shares.punctual;
-        const SampleStream stream = t.stream(t.options.seed, i);
-        EmittedRay start =
-            sample_emission(t.scene, t.emitters, p.entry, p.probability, p.start, p.side, stream.draw(0).unit2(2));
-        start.flux *= static_cast<float>(1.0 / (static_cast<double>(of_kind) * static_cast<double>(k)));
-        trace_light_path(t.scene, t.tracer, start, stream, t.path, sink);
+        const auto scale = static_cast<float>(1.0 / (static_cast<double>(of_kind) * static_cast<double>(k)));
+        trace_light_path_of_primary(t.scene, t.emitters, t.tracer, p, t.stream(t.options.seed, i), scale, t.path, sink);
       },
       lights.vpls);
-}
-
-void check(const VplOptions& o) {
-  const bool study_layout = o.primary_lights > 0 && o.vpls_per_light > 0;
-  if ((o.primary_lights > 0) != (o.vpls_per_light > 0)) {
-    throw Error(Code::invalid_argument, "primary lights and VPLs per light are set together or not at all");
-  }
-  if (!study_layout && o.count == 0) throw Error(Code::invalid_argument, "at least one VPL must be asked for");
-  if (study_layout && o.primary_lights > 0xffffffffu / o.vpls_per_light) {
-    throw Error(Code::invalid_argument, "at most 4294967295 light paths can be traced: ask for fewer VPLs per light");
-  }
-  if (o.count > 0xffffffffu) throw Error(Code::invalid_argument, "at most 4294967295 VPLs can be asked for");
-  if (o.bounces < 0) throw Error(Code::invalid_argument, "the number of bounces must not be negative");
-  if (o.deposit == Deposit::study && !(o.deposit_distance > 0 && std::isfinite(o.deposit_distance))) {
-    throw Error(Code::invalid_argument, "the study's deposit needs a reference distance above 0");
-  }
 }
 
 }  // namespace
 
 Lights trace_vpls(const CpuScene& scene, const EmitterTable& emitters, const RayTracer& tracer,
                   const VplOptions& options, const ProgressFn& progress) {
-  check(options);
+  check_vpl_options(options);
   if (!(emitters.total_power() > 0)) {
     throw Error(Code::no_emitter, "nothing in the scene emits light: add a light or an environment");
   }

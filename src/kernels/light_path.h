@@ -64,4 +64,37 @@ LC_KERNEL void trace_light_path_of_stream(const SceneView& scene, const EmitterV
   trace_light_path(scene, tracer, start, stream, options, deposit);
 }
 
+/// True for a light that is worth keeping.
+LC_KERNEL bool carries_light(Vec3 v) {
+  const float largest = max_component(v);
+  return largest > 0 && largest < kInfinity && min_component(v) > -kInfinity;
+}
+
+/// A sample of an emitter that light paths can start from.
+struct PrimarySample {
+  std::uint32_t entry = 0;
+  double probability = 0;
+  Vec2 start;
+  float side = 0;
+};
+
+/// Draws one of the emitters [first, last) by power, and a point or direction of it.
+LC_KERNEL PrimarySample draw_primary(const EmitterView& emitters, const SampleStream& stream, std::uint32_t first,
+                                     std::uint32_t last) {
+  const Sample4 where = stream.draw(0), which = stream.draw(1);
+  const Choice choice = sample_emitter(emitters, first, last, which.unit_double(0));
+  return {choice.index, choice.probability, where.unit2(0), which.unit(1)};
+}
+
+/// The light path of one stream from a primary sample that many paths share.
+template <class Tracer, class Deposit>
+LC_KERNEL void trace_light_path_of_primary(const SceneView& scene, const EmitterView& emitters, const Tracer& tracer,
+                                           const PrimarySample& primary, const SampleStream& stream, float flux_scale,
+                                           const LightPathOptions& options, Deposit&& deposit) {
+  EmittedRay start = sample_emission(scene, emitters, primary.entry, primary.probability, primary.start, primary.side,
+                                     stream.draw(0).unit2(2));
+  start.flux *= flux_scale;
+  trace_light_path(scene, tracer, start, stream, options, deposit);
+}
+
 }  // namespace lightcuts

@@ -3,10 +3,33 @@
 #include "lightcuts/error.h"
 
 namespace lightcuts {
+namespace {
+
+#if !defined(LIGHTCUTS_HAS_CUDA)
+[[noreturn]] std::unique_ptr<Backend> make_gpu_backend(const RenderOptions&) {
+  throw Error(Code::not_built,
+              "this build has no CUDA backend, for no CUDA toolkit was found when it was made; choose --backend cpu");
+}
+bool gpu_answers() { return false; }
+#else
+std::unique_ptr<Backend> make_gpu_backend(const RenderOptions& options) {
+  return make_cuda_backend(options.device, options.memory_bytes);
+}
+bool gpu_answers() { return cuda_device_count() > 0; }
+#endif
+
+/// What the CUDA backend has so far; `auto` must not choose it for the rest.
+bool gpu_can(const ShadeOptions& shade) {
+  return shade.method == Method::path ||
+         (shade.method == Method::instant_radiosity && shade.visibility != Visibility::ism);
+}
+
+}  // namespace
 
 std::unique_ptr<Backend> make_backend(const RenderOptions& options) {
-  if (options.backend == BackendKind::cuda) {
-    throw Error(Code::not_built, "the backend cuda is not part of this build yet; choose cpu");
+  if (options.backend == BackendKind::cuda) return make_gpu_backend(options);
+  if (options.backend == BackendKind::automatic && gpu_answers() && gpu_can(options.shade)) {
+    return make_gpu_backend(options);
   }
   return make_cpu_backend(options.threads);
 }

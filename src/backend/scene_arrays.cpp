@@ -1,4 +1,4 @@
-#include "cpu/cpu_scene.h"
+#include "backend/scene_arrays.h"
 
 #include <algorithm>
 #include <cmath>
@@ -70,7 +70,7 @@ Box bounds_of(const SceneView& scene) {
 
 }  // namespace
 
-CpuScene::CpuScene(const Scene& scene) : scene_(&scene), linear_from_srgb_(srgb_decoding_table()) {
+SceneArrays::SceneArrays(const Scene& scene) : scene_(&scene), linear_from_srgb_(srgb_decoding_table()) {
   for (const TextureImage& image : scene.images) {
     images_.push_back({image.texels.data(), image.width, image.height, image.channels});
   }

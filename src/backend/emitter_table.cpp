@@ -1,4 +1,4 @@
-#include "cpu/emitters.h"
+#include "backend/emitter_table.h"
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
@@ -51,7 +51,7 @@ double mean_emission(const SceneView& scene, const MeshView& mesh, std::uint32_t
 
 }  // namespace
 
-EmitterTable::EmitterTable(const CpuScene& scene) : prefix_{0} {
+EmitterTable::EmitterTable(const SceneArrays& scene) : prefix_{0} {
   const Box bounds = scene.view().bounds;
   if (!is_empty(bounds)) {
     view_.center = center(bounds);
@@ -66,7 +66,7 @@ EmitterTable::EmitterTable(const CpuScene& scene) : prefix_{0} {
   view_.first_entry = first_entry_.data();
 }
 
-void EmitterTable::add_triangles(const CpuScene& scene) {
+void EmitterTable::add_triangles(const SceneArrays& scene) {
   const SceneView& view = scene.view();
   std::vector<double> texture_floor(view.material_count, -1);
   first_entry_.assign(view.instance_count, kNone);

@@ -1,0 +1,141 @@
+#include <algorithm>
+#include <cstdio>
+
+#include "backend/backend.h"
+#include "cuda/device_fixture.h"
+#include "lightcuts/compare.h"
+#include "lightcuts/error.h"
+#include "lightcuts/io.h"
+
+namespace lightcuts::cuda {
+namespace {
+
+/// The same stages on both processors.
+class BothBackends : public OnDevice {
+ protected:
+  void open(const Scene& scene) {
+    cpu = make_cpu_backend(0);
+    gpu = make_cuda_backend(0, 0);
+    for (Backend* backend : {cpu.get(), gpu.get()}) backend->set_scene(scene, {});
+  }
+  std::unique_ptr<Backend> cpu, gpu;
+};
+
+Scene valid(Scene scene) {
+  validate(scene);
+  return scene;
+}
+
+double relative_difference(Vec3 a, Vec3 b) { return length(a - b) / std::max(1e-6f, length(b)); }
+
+/// VPLs that the GPU has in the CPU's place within 1e-4; both lists are in the order of paths, with some paths longer in
+/// one than in the other.
+double share_of_equal_vpls(const std::vector<Vpl>& a, const std::vector<Vpl>& b, float diagonal) {
+  std::size_t i = 0, j = 0, equal = 0;
+  const auto same = [&](std::size_t p, std::size_t q) {
+    return length(a[p].position - b[q].position) < 1e-4f * diagonal && length(a[p].axis - b[q].axis) < 1e-3f &&
+           relative_difference(a[p].intensity, b[q].intensity) < 1e-3;
+  };
+  while (i < a.size() && j < b.size()) {
+    if (same(i, j)) {
+      ++equal, ++i, ++j;
+      continue;
+    }
+    // A path differs: look for the nearest place where both go on alike.
+    bool found = false;
+    for (std::size_t skip = 1; skip < 200 && !found; ++skip) {
+      for (std::size_t k = 0; k <= skip && !found; ++k) {
+        if (i + k < a.size() && j + skip - k < b.size() && same(i + k, j + skip - k)) {
+          i += k, j += skip - k, found = true;
+        }
+      }
+    }
+    if (!found) ++i, ++j;
+  }
+  return static_cast<double>(equal) / static_cast<double>(std::max(a.size(), b.size()));
+}
+
+class Vpls : public BothBackends, public testing::WithParamInterface<const char*> {};
+
+TEST_P(Vpls, AreTheCpusButForRounding) {
+  const Scene scene = valid(make_builtin_scene(GetParam()));
+  open(scene);
+  for (const std::uint64_t count : {1, 100, 10007, 300000}) {
+    VplOptions options;
+    options.count = count;
+    cpu->trace_vpls(options, {});
+    gpu->trace_vpls(options, {});
+    const Lights &a = cpu->lights(), &b = gpu->lights();
+    EXPECT_EQ(a.primary_count, b.primary_count);
+    EXPECT_EQ(a.sky_count, b.sky_count);
+    EXPECT_EQ(a.points.size(), b.points.size());
+    EXPECT_EQ(a.directionals.size(), b.directionals.size());
+    // A pilot path that rounding ends elsewhere shifts the plan a little, and with it every flux.
+    EXPECT_NEAR(static_cast<double>(b.path_count) / static_cast<double>(a.path_count), 1, 1e-3);
+    const double equal = share_of_equal_vpls(a.vpls, b.vpls, diagonal(scene_bounds(scene)));
+    std::printf("  %s: %zu and %zu VPLs, %.4f %% equal\n", GetParam(), a.vpls.size(), b.vpls.size(), 100 * equal);
+    if (count >= 100) {
+      EXPECT_GE(equal, 0.998);
+    }
+  }
+}
+INSTANTIATE_TEST_SUITE_P(Scenes, Vpls, testing::Values("cornell", "study", "interior", "lamps?count=100", "furnace"));
+
+class Pictures : public BothBackends, public testing::WithParamInterface<const char*> {};
+
+TEST_P(Pictures, OverTheSameLightsAgree) {
+  const Scene scene = valid(make_builtin_scene(GetParam()));
+  open(scene);
+  VplOptions vpls;
+  vpls.count = 2000;
+  cpu->trace_vpls(vpls, {});
+  gpu->set_lights(cpu->lights());
+  const Camera camera = select_camera(scene, "");
+  for (const Visibility visibility : {Visibility::none, Visibility::rays}) {
+    ShadeOptions options;
+    options.method = Method::instant_radiosity;
+    options.visibility = visibility;
+    Statistics of_cpu, of_gpu;
+    const Image a = cpu->shade(camera, 101, 67, options, 0, of_cpu, {}).image;
+    const Image b = gpu->shade(camera, 101, 67, options, 0, of_gpu, {}).image;
+    const Comparison difference = compare(b, a);
+    std::printf("  %s, %s: relmse %.2e, clamped %.6f and %.6f\n", GetParam(),
+                visibility == Visibility::rays ? "rays" : "none", difference.relmse, of_cpu.clamped, of_gpu.clamped);
+    EXPECT_LT(difference.relmse, 1e-5);
+    EXPECT_NEAR(of_gpu.clamped, of_cpu.clamped, 1e-4);
+    EXPECT_EQ(of_gpu.pairs > 0, of_cpu.pairs > 0);
+    // From run to run not a bit changes.
+    Statistics again;
+    const Image c = gpu->shade(camera, 101, 67, options, 0, again, {}).image;
+    for (std::size_t k = 0; k < b.channels.size(); ++k) EXPECT_EQ(b.channels[k].values, c.channels[k].values);
+  }
+}
+
+TEST_P(Pictures, OfPathsAgree) {
+  const Scene scene = valid(make_builtin_scene(GetParam()));
+  open(scene);
+  ShadeOptions options;
+  options.method = Method::path;
+  options.samples = 64;
+  Statistics statistics;
+  const Camera camera = select_camera(scene, "");
+  const Image a = cpu->shade(camera, 48, 48, options, 0, statistics, {}).image;
+  const Image b = gpu->shade(camera, 48, 48, options, 0, statistics, {}).image;
+  const Comparison difference = compare(b, a);
+  std::printf("  %s: relmse %.2e, signed %.2e\n", GetParam(), difference.relmse, difference.signed_relative_error);
+  EXPECT_LT(difference.relmse, 2e-3);  // the same paths, but where rounding parts them
+  EXPECT_NEAR(difference.signed_relative_error, 0, 5e-3);
+}
+INSTANTIATE_TEST_SUITE_P(Scenes, Pictures,
+                         testing::Values("cornell", "study", "interior", "lamps?count=100", "furnace"));
+
+TEST_F(OnDevice, RefusesMoreMemoryThanItsLimit) {
+  Device small(0, 1 << 20);
+  EXPECT_THROW(DeviceBuffer<float>(small, 1 << 20), Error);
+  EXPECT_EQ(small.used(), 0u);
+}
+
+TEST_F(OnDevice, NamesDevicesThatDoNotExist) { EXPECT_THROW(make_cuda_backend(99, 0), Error); }
+
+}  // namespace
+}  // namespace lightcuts::cuda

@@ -151,8 +151,8 @@ void run(const Request& request) {
     const Comparison comparison = compare(lit.image, reference.mean);
     const Estimate truth = relmse_without_noise(lit.image, reference, away);
     fmt::print("| {} | {} | {:.5f} | {:.5f} | {:.5f} | {:.5f} ± {:.5f} | {:.1f} % | {:.4f} |\n", request.scene,
-               lit.statistics.vpls.count, comparison.relmse, relmse(lit.image, reference.mean, away), noise, truth.value,
-               truth.standard_error,
+               lit.statistics.vpls.count, comparison.relmse, relmse(lit.image, reference.mean, away), noise,
+               truth.value, truth.standard_error,
                100 - 100.0 * static_cast<double>(kept_count) / static_cast<double>(clamped.size()),
                ratio_of_means(lit.image, reference.mean));
     std::fflush(stdout);

@@ -7,6 +7,8 @@
 #include <utility>
 
 #include "cpu/all_lights.h"
+#include "cpu/cut/heap_lighter.h"
+#include "cpu/cut/packet_lighter.h"
 #include "cpu/path_tracer.h"
 #include "cpu/progress.h"
 #include "cpu/shade_picture.h"
@@ -33,14 +35,22 @@ int usable_threads(int threads) {
 }
 
 void require_built(const ShadeOptions& options) {
-  if (options.method == Method::lightcuts) {
-    throw Error(Code::not_built,
-                "the method lightcuts is not part of this build yet; choose instant-radiosity or path");
-  }
   if (options.method != Method::path && options.visibility == Visibility::ism) {
     throw Error(Code::not_built,
                 "visibility by imperfect shadow maps is not part of this build yet; choose rays or none");
   }
+}
+
+/// The trees must be of the current lights: set_light_tree takes what it is given.
+void require_trees(const LightTrees& trees, const LightSet& lights) {
+  const auto fits = [](const LightTree& tree, std::size_t count) {
+    return tree.nodes.size() == (count == 0 ? 0 : 2 * count - 1);
+  };
+  if (fits(trees.vpls, lights.vpls.size()) && fits(trees.points, lights.points.size()) &&
+      fits(trees.directionals, lights.directionals.size())) {
+    return;
+  }
+  throw Error(Code::invalid_argument, "the light trees are not those of the lights; call build_light_tree first");
 }
 
 std::uint32_t sample_count(const ShadeOptions& options) {
@@ -104,7 +114,8 @@ ShadeResult CpuBackend::shade(const Camera& camera, int width, int height, const
   require_memory(static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height) * Film::bytes_per_pixel(),
                  memory_bytes, width, height);
 
-  const bool path = options.method == Method::path;
+  const bool path = options.method == Method::path, cuts = options.method == Method::lightcuts;
+  if (cuts) require_trees(trees_, light_set_);
   const std::uint32_t samples = sample_count(options);
   const View view = make_view(camera, width, height, samples, options.seed, samples == 1 && !path);
   Progress progress(callback, "shade", tile_count(view) * static_cast<double>(samples));
@@ -115,16 +126,31 @@ ShadeResult CpuBackend::shade(const Camera& camera, int width, int height, const
   const RayVisibility rays(scene.tracer);
   const PacketVisibility* visibility = options.visibility == Visibility::rays ? &rays : nullptr;
   const AllLights all_lights(kernels_, light_set_, visibility, min_distance);
+  LightMarks marks(trees_);
+  const CutContext cut{trees_, light_set_, visibility, min_distance * min_distance, options.error, options.max_cut,
+                       marks};
+  const HeapLighter heap(cut);
+  const PacketLighter packet(cut, cut_kernels(isa_), kernels_);
+  const TileLighter& cut_lighter =
+      options.cut == CutWalk::heap ? static_cast<const TileLighter&>(heap) : packet;
+  const TileLighter& lighter = cuts ? cut_lighter : all_lights;
   const PathTracer paths(scene.cpu_scene, scene.emitters, scene.tracer, options.bounces, options.seed);
-  const TileFn render_tile = path ? path_tile(source, paths, progress) : lit_tile(source, all_lights, progress);
+  const TileFn render_tile = path ? path_tile(source, paths, progress) : lit_tile(source, lighter, progress);
 
-  Film film(width, height);
+  Film film(width, height, cuts);
   TileCounts counts;
   arena_.execute([&] { counts = for_each_tile(view, film, progress, render_tile); });
 
   statistics.pairs = counts.pairs;
   statistics.rays = counts.rays;
   statistics.clamped = counts.lost > 0 ? counts.lost / (counts.light + counts.lost) : 0;
+  if (cuts) {
+    statistics.cut.mean = counts.cuts == 0 ? 0 : static_cast<double>(counts.cut_nodes) / static_cast<double>(counts.cuts);
+    statistics.cut.max = counts.largest_cut;
+    statistics.cut.at_limit =
+        counts.cuts == 0 ? 0 : static_cast<double>(counts.cuts_at_limit) / static_cast<double>(counts.cuts);
+    statistics.cut.lights_used = marks.count();
+  }
   ShadeResult result{film.image(samples), true};
   result.complete = find_channel(result.image, "weight") == nullptr;
   return result;

@@ -3,6 +3,7 @@
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
 #include <vector>
 
 #include "cpu/path_tracer.h"
@@ -36,9 +37,15 @@ void add_to_film(const Tile& tile, const TileLight& lit, Film& film, TileCounts&
     const Vec3T<double> reflected = to_double(albedo) * lit.light[pixel] * inverse_pi;
     film.add(
         x, y,
-        {reflected + to_double(get(packet.seen, lane)), albedo, get(packet.receivers.ns, lane), packet.depth[lane]});
+        {reflected + to_double(get(packet.seen, lane)), albedo, get(packet.receivers.ns, lane), packet.depth[lane],
+         static_cast<float>(lit.cut_size[pixel]), lit.cut_bound[pixel]});
     counts.light += luminance(lit.light[pixel]);
     counts.lost += lit.lost[pixel];
+    if (lit.cut_size[pixel] == 0) return;
+    ++counts.cuts;
+    counts.cut_nodes += lit.cut_size[pixel];
+    counts.largest_cut = std::max<std::uint64_t>(counts.largest_cut, lit.cut_size[pixel]);
+    counts.cuts_at_limit += lit.cut_at_limit[pixel] ? 1 : 0;
   });
   counts.pairs += lit.pairs;
   counts.rays += lit.rays;
@@ -67,6 +74,10 @@ TileCounts for_each_tile(const View& view, Film& film, Progress& progress, const
     total.rays += c.rays;
     total.light += c.light;
     total.lost += c.lost;
+    total.cuts += c.cuts;
+    total.cut_nodes += c.cut_nodes;
+    total.largest_cut = std::max(total.largest_cut, c.largest_cut);
+    total.cuts_at_limit += c.cuts_at_limit;
   }
   return total;
 }

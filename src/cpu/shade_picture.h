@@ -16,6 +16,7 @@ class RayTracer;
 struct TileCounts {
   std::uint64_t pairs = 0, rays = 0;
   double light = 0, lost = 0;  ///< luminance of the sums over lights, and of what the clamp took
+  std::uint64_t cuts = 0, cut_nodes = 0, largest_cut = 0, cuts_at_limit = 0;
 };
 
 /// Renders one sample a pixel of the tile whose corner is (x0, y0) into the film; a tile that was stopped

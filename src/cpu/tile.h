@@ -44,6 +44,10 @@ struct TileLight {
   double lost[kTilePixels] = {};     ///< luminance that the clamp of the VPL distance took
   std::uint64_t pairs = 0;           ///< receiver-light pairs evaluated
   std::uint64_t rays = 0;            ///< shadow rays traced
+  // Of methods that choose a cut; 0 where there is none.
+  std::uint32_t cut_size[kTilePixels] = {};  ///< nodes
+  float cut_bound[kTilePixels] = {};         ///< largest bound of a node relative to the pixel's total
+  bool cut_at_limit[kTilePixels] = {};       ///< the largest cut allowed came before the promised bound
 };
 
 /// How a picture is looked at and sampled.

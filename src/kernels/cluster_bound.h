@@ -15,7 +15,7 @@ namespace lightcuts {
 
 /// Point that is lit, and the unit normal of the side that is.
 template <class T>
-struct Receiver {
+struct LitPoint {
   Vec3T<T> position, normal;
 };
 
@@ -150,7 +150,7 @@ LC_FN T cosine_falloff_bound(const AxisExtent<T>& extent, const VectorBox<T>& bo
 /// Times the albedo over pi and the cluster's intensity it bounds both the lights' exact sum and its estimate by one light.
 /// Source: Walter et al. 2005; cosines as in the reference's section 1.7, receiver's cosine and distance bounded together.
 template <class T>
-LC_FN T vpl_bound(const Receiver<T>& receiver, const Box& box, const DirectionCone& cone, T clamp_sq) {
+LC_FN T vpl_bound(const LitPoint<T>& receiver, const Box& box, const DirectionCone& cone, T clamp_sq) {
   using lanes::max;
   using lanes::min;
   using lanes::select;
@@ -181,7 +181,7 @@ LC_FN T vpl_bound(const Receiver<T>& receiver, const Box& box, const DirectionCo
 /// Largest cos+(receiver) / max(d^2, clamp^2) [1/m^2] of any light of a cluster of point and spot lights that shines
 /// towards the point at all. `cone` holds every direction into which one shines; its falloff to the rim is not used.
 template <class T>
-LC_FN T point_bound(const Receiver<T>& receiver, const Box& box, const DirectionCone& cone, T clamp_sq) {
+LC_FN T point_bound(const LitPoint<T>& receiver, const Box& box, const DirectionCone& cone, T clamp_sq) {
   using lanes::max;
   using lanes::select;
   const detail::VectorBox<T> to_lights = detail::lights_from(receiver.position, box);

@@ -65,10 +65,6 @@ void check_options(const RenderOptions& options) {
 }
 
 void check_built(const RenderOptions& options) {
-  if (options.shade.method == Method::lightcuts) {
-    throw Error(Code::not_built,
-                "the method lightcuts is not part of this build yet; choose instant-radiosity or path");
-  }
   if (options.shade.method != Method::path && options.shade.visibility == Visibility::ism) {
     throw Error(Code::not_built,
                 "visibility by imperfect shadow maps is not part of this build yet; choose rays or none");

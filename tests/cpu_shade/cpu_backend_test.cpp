@@ -174,9 +174,10 @@ TEST(CpuBackend, RefusesWhatItDoesNotHave) {
     }
     return Code::no_device;  // not thrown here
   };
+  room.backend.set_lights({{{{0, 0.5f, 0}, {0, -1, 0}, {1, 1, 1}}}, {}, {}});
   ShadeOptions cuts;
   cuts.method = Method::lightcuts;
-  EXPECT_EQ(code_of(cuts, 0), Code::not_built);
+  EXPECT_EQ(code_of(cuts, 0), Code::invalid_argument);  // no tree over its lights
   ShadeOptions maps;
   maps.visibility = Visibility::ism;
   EXPECT_EQ(code_of(maps, 0), Code::not_built);

@@ -27,7 +27,7 @@ struct CutPoint {
 
 /// Geometric bound of a node of VPLs in double precision.
 inline double node_bound(const CutPoint& point, const LightNode& node) {
-  const Receiver<double> receiver{{point.position.x, point.position.y, point.position.z},
+  const LitPoint<double> receiver{{point.position.x, point.position.y, point.position.z},
                                   {point.normal.x, point.normal.y, point.normal.z}};
   return vpl_bound<double>(receiver, node.box, {node.axis, node.cos_half_angle}, point.clamp * point.clamp);
 }

@@ -119,9 +119,6 @@ TEST(Render, SaysWhatIsNotBuiltAndThatNothingEmits) {
   options.shade.visibility = Visibility::ism;
   EXPECT_EQ(code_of(lit_room(), options), Code::not_built);
   options = small(4);
-  options.shade.method = Method::lightcuts;
-  EXPECT_EQ(code_of(lit_room(), options), Code::not_built);
-  options = small(4);
   options.backend = BackendKind::cuda;
   EXPECT_EQ(code_of(lit_room(), options), Code::not_built);
 }

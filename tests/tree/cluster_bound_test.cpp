@@ -62,7 +62,7 @@ TEST(ClusterBound, IsNeverBelowAnyVplOfTheCluster) {
     const LightCluster cluster = cluster_of(c.lights);
     const float bound = vpl_bound<float>({c.position, c.normal}, cluster.box, cluster.cone, c.clamp * c.clamp);
     ASSERT_TRUE(std::isfinite(bound)) << "round " << round;
-    const Receiver<double> exact{{c.position.x, c.position.y, c.position.z}, {c.normal.x, c.normal.y, c.normal.z}};
+    const LitPoint<double> exact{{c.position.x, c.position.y, c.position.z}, {c.normal.x, c.normal.y, c.normal.z}};
     const double bound_in_double =
         vpl_bound<double>(exact, cluster.box, cluster.cone, static_cast<double>(c.clamp) * c.clamp);
     for (const Vpl& light : c.lights) {

@@ -29,6 +29,7 @@ const std::vector<Choice<CutWalk>> kCutWalks{{"heap", CutWalk::heap}, {"packet",
 namespace {
 
 constexpr std::uint64_t kMostLights = 1'000'000'000;
+constexpr Method kDefaultMethod = Method::lightcuts;
 constexpr std::uint64_t kMostSamples = 1'000'000;
 
 template <class T>
@@ -129,6 +130,7 @@ void add_view_options(CLI::App& command, RenderRequest& request) {
 void add_method_options(CLI::App& command, RenderOptions& options) {
   const std::string group = "How it is lit";
   ShadeOptions& shade = options.shade;
+  shade.method = kDefaultMethod;
   add_choice(command, "--method", shade.method, kMethods,
              "a cut through a tree of all lights; all lights for every pixel;\npath-traced reference")
       ->group(group);

@@ -18,7 +18,7 @@ struct RenderRequest {
   Outputs outputs;
   std::optional<std::string> environment;
   CameraRequest camera;
-  RenderOptions options{.shade = {.method = Method::lightcuts}};
+  RenderOptions options;
   bool quiet = false;
 };
 

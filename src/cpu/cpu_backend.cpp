@@ -127,12 +127,11 @@ ShadeResult CpuBackend::shade(const Camera& camera, int width, int height, const
   const PacketVisibility* visibility = options.visibility == Visibility::rays ? &rays : nullptr;
   const AllLights all_lights(kernels_, light_set_, visibility, min_distance);
   LightMarks marks(trees_);
-  const CutContext cut{trees_, light_set_, visibility, min_distance * min_distance, options.error, options.max_cut,
-                       marks};
+  const CutContext cut{trees_,        light_set_,      visibility, min_distance * min_distance,
+                       options.error, options.max_cut, marks};
   const HeapLighter heap(cut);
   const PacketLighter packet(cut, cut_kernels(isa_), kernels_);
-  const TileLighter& cut_lighter =
-      options.cut == CutWalk::heap ? static_cast<const TileLighter&>(heap) : packet;
+  const TileLighter& cut_lighter = options.cut == CutWalk::heap ? static_cast<const TileLighter&>(heap) : packet;
   const TileLighter& lighter = cuts ? cut_lighter : all_lights;
   const PathTracer paths(scene.cpu_scene, scene.emitters, scene.tracer, options.bounces, options.seed);
   const TileFn render_tile = path ? path_tile(source, paths, progress) : lit_tile(source, lighter, progress);
@@ -145,7 +144,8 @@ ShadeResult CpuBackend::shade(const Camera& camera, int width, int height, const
   statistics.rays = counts.rays;
   statistics.clamped = counts.lost > 0 ? counts.lost / (counts.light + counts.lost) : 0;
   if (cuts) {
-    statistics.cut.mean = counts.cuts == 0 ? 0 : static_cast<double>(counts.cut_nodes) / static_cast<double>(counts.cuts);
+    statistics.cut.mean =
+        counts.cuts == 0 ? 0 : static_cast<double>(counts.cut_nodes) / static_cast<double>(counts.cuts);
     statistics.cut.max = counts.largest_cut;
     statistics.cut.at_limit =
         counts.cuts == 0 ? 0 : static_cast<double>(counts.cuts_at_limit) / static_cast<double>(counts.cuts);

@@ -18,7 +18,10 @@ float finite(double v) {
 }  // namespace
 
 Film::Film(int width, int height, bool with_cuts)
-    : width_(width), height_(height), with_cuts_(with_cuts), pixels_(static_cast<std::size_t>(width) * static_cast<std::size_t>(height)) {}
+    : width_(width),
+      height_(height),
+      with_cuts_(with_cuts),
+      pixels_(static_cast<std::size_t>(width) * static_cast<std::size_t>(height)) {}
 
 void Film::add(int x, int y, const Sample& sample) {
   Pixel& pixel = pixels_[static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x)];
@@ -52,7 +55,8 @@ Image Film::image(std::uint32_t sample_count) const {
   for (std::size_t i = 0; i < pixels_.size(); ++i) {
     const Pixel& pixel = pixels_[i];
     const auto plane = [&](std::size_t k) -> float& { return image.channels[k].values[i]; };
-    if (!complete) image.channels.back().values[i] = static_cast<float>(pixel.samples) / static_cast<float>(sample_count);
+    if (!complete)
+      image.channels.back().values[i] = static_cast<float>(pixel.samples) / static_cast<float>(sample_count);
     if (pixel.samples == 0) continue;
     const double share = 1.0 / pixel.samples;
     const auto scale = static_cast<float>(share);

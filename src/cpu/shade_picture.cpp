@@ -35,10 +35,9 @@ void add_to_film(const Tile& tile, const TileLight& lit, Film& film, TileCounts&
     const int pixel = p * kPacketSize + lane;
     const Vec3 albedo = get(packet.albedo, lane);
     const Vec3T<double> reflected = to_double(albedo) * lit.light[pixel] * inverse_pi;
-    film.add(
-        x, y,
-        {reflected + to_double(get(packet.seen, lane)), albedo, get(packet.receivers.ns, lane), packet.depth[lane],
-         static_cast<float>(lit.cut_size[pixel]), lit.cut_bound[pixel]});
+    film.add(x, y,
+             {reflected + to_double(get(packet.seen, lane)), albedo, get(packet.receivers.ns, lane), packet.depth[lane],
+              static_cast<float>(lit.cut_size[pixel]), lit.cut_bound[pixel]});
     counts.light += luminance(lit.light[pixel]);
     counts.lost += lit.lost[pixel];
     if (lit.cut_size[pixel] == 0) return;

@@ -41,7 +41,7 @@ inline void record_cut(TileLight& out, int pixel, std::uint64_t size, double lar
                        const CutContext& context) {
   constexpr float most = std::numeric_limits<float>::max();
   out.cut_size[pixel] = static_cast<std::uint32_t>(size);
-  out.cut_bound[pixel] = !(largest_bound > 0) ? 0.0f
+  out.cut_bound[pixel] = !(largest_bound > 0)           ? 0.0f
                          : largest_bound < most * total ? static_cast<float>(largest_bound / total)
                                                         : most;
   out.cut_at_limit[pixel] = largest_bound > context.threshold(total);

@@ -24,14 +24,14 @@ struct ChosenNode {
 struct alignas(64) PacketWalk {
   // What it works on.
   const LightNode* nodes;
-  PacketVec3 weights;                 ///< reflected_weights of each pixel
-  alignas(64) float threshold[kPacketSize];       ///< of the bound on luminance, times pi
-  float min_distance_sq;              ///< [m^2]
-  float size_limit;                   ///< pixels whose cut grows beyond it leave the walk, even for other trees
+  PacketVec3 weights;                        ///< reflected_weights of each pixel
+  alignas(64) float threshold[kPacketSize];  ///< of the bound on luminance, times pi
+  float min_distance_sq;                     ///< [m^2]
+  float size_limit;                          ///< pixels whose cut grows beyond it leave the walk, even for other trees
   // What it leaves, added up over trees.
   alignas(64) float largest[kPacketSize];  ///< largest bound of a chosen node
   alignas(64) float size[kPacketSize];     ///< nodes chosen
-  std::uint64_t visits;        ///< nodes tested
+  std::uint64_t visits;                    ///< nodes tested
   // Where it stands.
   ChosenNode waiting[kWalkStack];  ///< nodes to go below
   std::uint32_t waiting_count;
@@ -50,8 +50,8 @@ struct CutKernels {
   WalkFn walk[3];
 
   /// Sets `sum` to the chosen nodes' light, all of it arriving: intensity of the node, factor of its representative.
-  void (*sum_vpls)(const ReceiverPacket&, const LightNode* nodes, const VplRecord*, const ChosenNode*, std::size_t count,
-                   float min_distance_sq, PacketSum& sum);
+  void (*sum_vpls)(const ReceiverPacket&, const LightNode* nodes, const VplRecord*, const ChosenNode*,
+                   std::size_t count, float min_distance_sq, PacketSum& sum);
   void (*sum_points)(const ReceiverPacket&, const LightNode* nodes, const PointRecord*, const ChosenNode*,
                      std::size_t count, PacketSum& sum);
   void (*sum_directionals)(const ReceiverPacket&, const LightNode* nodes, const DirectionalRecord*, const ChosenNode*,

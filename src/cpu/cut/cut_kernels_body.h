@@ -65,7 +65,8 @@ LC_LANES_FN std::uint32_t test_inner(const ReceiverPacket& packet, PacketWalk& w
 LC_LANES_FN void count(PacketWalk& walk, std::uint32_t lanes) {
   for (int first = 0; first < kPacketSize; first += Lanes::kCount) {
     const Batch size = Batch::load_aligned(walk.size + first);
-    xsimd::select(lanes_of(lanes >> first & Lanes::kAllBits), size + Batch(1.0f), size).store_aligned(walk.size + first);
+    xsimd::select(lanes_of(lanes >> first & Lanes::kAllBits), size + Batch(1.0f), size)
+        .store_aligned(walk.size + first);
   }
 }
 
@@ -80,8 +81,8 @@ LC_LANES_FN std::uint32_t within_limit(const PacketWalk& walk) {
 
 /// Tests a node; chooses it for the lanes that accept it and returns the others.
 template <class Bound>
-LC_LANES_FN std::uint32_t visit(const ReceiverPacket& packet, PacketWalk& walk, std::uint32_t index, std::uint32_t lanes,
-                                ChosenNode* chosen, std::uint32_t& chosen_count) {
+LC_LANES_FN std::uint32_t visit(const ReceiverPacket& packet, PacketWalk& walk, std::uint32_t index,
+                                std::uint32_t lanes, ChosenNode* chosen, std::uint32_t& chosen_count) {
   const LightNode& node = walk.nodes[index];
   const std::uint32_t accepted = node.is_leaf() ? lanes : test_inner<Bound>(packet, walk, node, lanes);
   if (accepted != 0) {

@@ -295,8 +295,8 @@ class PacketCut {
   void total_up(std::uint32_t lanes, PacketLight& result) const {
     for_each_lane(lanes, [&](int lane) {
       const Vec3T<double>& light = result.light[lane];
-      const double total = walk_.weights.x[lane] * light.x + walk_.weights.y[lane] * light.y +
-                           walk_.weights.z[lane] * light.z;
+      const double total =
+          walk_.weights.x[lane] * light.x + walk_.weights.y[lane] * light.y + walk_.weights.z[lane] * light.z;
       result.total[lane] = total > 0 ? total : 0;
     });
   }

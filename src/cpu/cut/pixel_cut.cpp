@@ -31,7 +31,9 @@ class HeapCut {
   // Inner nodes are the heap cut_.nodes, leaves wait in leaves_: they cannot be refined and never leave the sum.
   static bool less(const CutNode& a, const CutNode& b) { return a.bound < b.bound; }
 
-  [[nodiscard]] const LightNode& node_of(const CutNode& c) const { return tree_of(context_.trees, c.kind).nodes[c.node]; }
+  [[nodiscard]] const LightNode& node_of(const CutNode& c) const {
+    return tree_of(context_.trees, c.kind).nodes[c.node];
+  }
 
   [[nodiscard]] double luminance_of(const LightNode& node, UnitLight unit) const {
     // A sum of lights of absurd strength has an infinite bound, so it does not stay in the cut: leave it out of the sum.
@@ -64,8 +66,7 @@ class HeapCut {
     heap_total_ -= luminance_of(node, top.unit);
     add(top.kind, node.first_child, top.unit);
     const std::uint32_t second = node.second_child();
-    add(top.kind, second,
-        lights_.evaluate(top.kind, tree_of(context_.trees, top.kind).nodes[second].representative));
+    add(top.kind, second, lights_.evaluate(top.kind, tree_of(context_.trees, top.kind).nodes[second].representative));
     if (heap_total_ < kResumShare * peak_) sum_again();
   }
 
@@ -106,8 +107,6 @@ class HeapCut {
 
 }  // namespace
 
-void cut_by_heap(const CutContext& context, PixelLights& lights, PixelCut& cut) {
-  HeapCut(context, lights, cut).run();
-}
+void cut_by_heap(const CutContext& context, PixelLights& lights, PixelCut& cut) { HeapCut(context, lights, cut).run(); }
 
 }  // namespace lightcuts

@@ -90,7 +90,7 @@ TEST_F(RenderCommand, LayerTurnsPngIntoFalseColour) {
 
 TEST_F(RenderCommand, LayersThatWillNotBeThereAreRefusedBefore) {
   for (const char* name : {"deepth", "cut.size", "albedo"}) {
-    const ProgramResult r = small({"--layer", name});
+    const ProgramResult r = small({"--layer", name, "--method", "instant-radiosity"});
     EXPECT_EQ(r.status, 2) << name;
     EXPECT_THAT(r.err, HasSubstr(name));
   }

@@ -34,6 +34,9 @@ LC_FN double max(double a, double b) { return a < b ? b : a; }
 LC_FN double abs(double a) { return a < 0 ? -a : a; }
 LC_FN double select(bool condition, double a, double b) { return condition ? a : b; }
 using std::sqrt;
+/// 1 / sqrt(v), which processors have an instruction for.
+LC_FN float inverse_sqrt(float v) { return 1 / std::sqrt(v); }
+LC_FN double inverse_sqrt(double v) { return 1 / std::sqrt(v); }
 
 }  // namespace lanes
 
@@ -87,6 +90,7 @@ struct AxisExtent {
 template <class T>
 LC_FN AxisExtent<T> extent_along(Vec3T<T> axis, const VectorBox<T>& box) {
   using lanes::abs;
+  using lanes::inverse_sqrt;
   using lanes::max;
   using lanes::min;
   using lanes::sqrt;
@@ -100,7 +104,7 @@ LC_FN AxisExtent<T> extent_along(Vec3T<T> axis, const VectorBox<T>& box) {
 
   const Vec3T<T> off = box.middle - axis * dot(axis, box.middle);
   const T off_sq = dot(off, off);
-  const T inverse = T(1) / sqrt(max(off_sq, T(1e-36f)));
+  const T inverse = inverse_sqrt(max(off_sq, T(1e-36f)));
   const T reach = (abs(off.x) * box.half.x + abs(off.y) * box.half.y + abs(off.z) * box.half.z) * inverse;
   const T size = sqrt(box.distance_max_sq);
   const T across = max(off_sq * inverse - reach - T(kAcrossSlack) * size, T(0));
@@ -112,14 +116,13 @@ LC_FN AxisExtent<T> extent_along(Vec3T<T> axis, const VectorBox<T>& box) {
 /// equation (1.5), with the box' own distances where they are better.
 template <class T>
 LC_FN T cosine_bound(const AxisExtent<T>& extent, const VectorBox<T>& box) {
+  using lanes::inverse_sqrt;
   using lanes::max;
   using lanes::min;
   using lanes::select;
-  using lanes::sqrt;
   const T nearest_sq = max(box.distance_min_sq, extent.across_sq + extent.hi * extent.hi);
-  const T ahead = extent.hi / sqrt(max(nearest_sq, T(1e-36f)));
-  const T behind = extent.hi / sqrt(max(box.distance_max_sq, T(1e-36f)));
-  return min(max(select(extent.hi >= T(0), ahead, behind), T(-1)), T(1));
+  const T distance_sq = select(extent.hi >= T(0), nearest_sq, box.distance_max_sq);
+  return min(max(extent.hi * inverse_sqrt(max(distance_sq, T(1e-36f))), T(-1)), T(1));
 }
 
 /// Largest cos+ / max(d^2, clamp^2) of any vector of the box, cos towards the axis: one bound of both, which never are
@@ -129,6 +132,7 @@ LC_FN T cosine_bound(const AxisExtent<T>& extent, const VectorBox<T>& box) {
 /// then grows until d leaves max(d_min, clamp), and from there until z = r / sqrt(2).
 template <class T>
 LC_FN T cosine_falloff_bound(const AxisExtent<T>& extent, const VectorBox<T>& box, T clamp_sq) {
+  using lanes::inverse_sqrt;
   using lanes::max;
   using lanes::min;
   using lanes::select;
@@ -136,7 +140,7 @@ LC_FN T cosine_falloff_bound(const AxisExtent<T>& extent, const VectorBox<T>& bo
   const T held_sq = max(max(box.distance_min_sq, clamp_sq) - extent.across_sq, T(0.5f) * extent.across_sq);
   const T z = min(max(sqrt(held_sq), extent.lo), extent.hi);
   const T d_sq = max(box.distance_min_sq, extent.across_sq + z * z);
-  const T bound = z / sqrt(max(d_sq, T(1e-36f))) / max(d_sq, clamp_sq);
+  const T bound = z * inverse_sqrt(max(d_sq, T(1e-36f))) / max(d_sq, clamp_sq);
   return select(extent.hi > T(0), max(bound, T(0)), T(0));
 }
 

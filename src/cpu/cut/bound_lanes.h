@@ -34,18 +34,26 @@ LC_LANES_FN BoundLanes select(BoundMask m, BoundLanes yes, BoundLanes no) {
 /// a / b for b that are neither 0 nor infinite nor so large that 1 / b is denormal.
 LC_LANES_FN BoundLanes operator/(BoundLanes a, BoundLanes b) { return a.value * reciprocal(Lanes(b.value)).value; }
 
+/// 1 / sqrt(v) for v from 1e-37 on, below which the estimate would be infinite.
+LC_LANES_FN BoundLanes inverse_sqrt(BoundLanes v) {
+#if defined(__SSE2__)
+#if defined(__AVX512F__)
+  const Batch r = _mm512_rsqrt14_ps(v.value);
+#elif defined(__AVX__)
+  const Batch r = _mm256_rsqrt_ps(v.value);
+#else
+  const Batch r = _mm_rsqrt_ps(v.value);
+#endif
+  return r * (Batch(1.5f) - Batch(0.5f) * v.value * r * r);
+#else
+  return Batch(1.0f) / xsimd::sqrt(v.value);
+#endif
+}
+
 /// Square root of a number that is not negative.
 LC_LANES_FN BoundLanes sqrt(BoundLanes v) {
 #if defined(__SSE2__)
-  const Batch x = xsimd::max(v.value, Batch(1e-37f));  // below, the estimate would be infinite
-#if defined(__AVX512F__)
-  const Batch r = _mm512_rsqrt14_ps(x);
-#elif defined(__AVX__)
-  const Batch r = _mm256_rsqrt_ps(x);
-#else
-  const Batch r = _mm_rsqrt_ps(x);
-#endif
-  return v.value * (r * (Batch(1.5f) - Batch(0.5f) * x * r * r));
+  return v * inverse_sqrt(BoundLanes(xsimd::max(v.value, Batch(1e-37f))));
 #else
   return xsimd::sqrt(v.value);
 #endif

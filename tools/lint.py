@@ -1,7 +1,7 @@
 """lint.py BUILD_FOLDER: clang-tidy over our own sources, remembering what passed.
 
-A source that passed is not looked at again until it, a header of ours that it includes, its compile command, .clang-tidy
-or clang-tidy itself changes. What passed is kept in ~/.cache/lightcuts (or XDG_CACHE_HOME), so that a fresh clone profits
+A source that passed is not looked at again until it, a header of ours that it includes, its compile command, .clang-tidy,
+clang-tidy or this script changes. What passed is kept in ~/.cache/lightcuts (or XDG_CACHE_HOME), so that a fresh clone profits
 too. Versions of clang-tidy warn of different things, so one of them is the law: Debian 12's.
 """
 
@@ -58,7 +58,7 @@ def fingerprint(entry, version):
     files = set()
     our_headers(pathlib.Path(entry["file"]), files)
     digest = hashlib.sha256((version + entry["command"].replace(str(ROOT), "")).encode())
-    for file in [ROOT / ".clang-tidy", *sorted(files)]:
+    for file in [ROOT / ".clang-tidy", ROOT / "tools" / "lint.py", *sorted(files)]:
         digest.update(hashlib.sha256(file.read_bytes()).digest())
     return digest.hexdigest()
 

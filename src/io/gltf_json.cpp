@@ -20,7 +20,7 @@ struct Level {
   json::const_iterator next;
 };
 
-std::string step_name(const json& parent, json::const_iterator child) {
+std::string step_name(const json& parent, const json::const_iterator& child) {
   if (parent.is_object()) return "." + readable_name(child.key());
   return fmt::format("[{}]", child - parent.begin());
 }

@@ -185,15 +185,16 @@ void PrimitiveReader::read_texcoords(std::size_t set, Mesh& out) {
     uv = {};
     ++broken;
   }
-  if (broken > 0)
+  if (broken > 0) {
     context_.warnings.add_at(
         attributes_, "finite",
         fmt::format("{} elements of {} are not finite or far too large; (0, 0) is used.", broken, name), kToldPlaces);
+  }
 }
 
 std::uint8_t to_byte(float value) {
   if (!(value > 0)) return 0;
-  return static_cast<std::uint8_t>(std::min(value, 1.0f) * 255.0f + 0.5f);
+  return static_cast<std::uint8_t>(std::lround(std::min(value, 1.0f) * 255.0f));
 }
 
 void PrimitiveReader::read_colors(Mesh& out) {

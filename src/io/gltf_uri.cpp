@@ -35,19 +35,19 @@ std::string percent_decoded(std::string_view text) {
   return out;
 }
 
-std::array<std::int8_t, 256> make_base64_digits() {
-  std::array<std::int8_t, 256> digits{};
+std::array<std::int16_t, 256> make_base64_digits() {
+  std::array<std::int16_t, 256> digits{};
   digits.fill(-1);
   constexpr std::string_view kAlphabet = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
   for (std::size_t i = 0; i < kAlphabet.size(); ++i) {
-    digits[static_cast<unsigned char>(kAlphabet[i])] = static_cast<std::int8_t>(i);
+    digits[static_cast<unsigned char>(kAlphabet[i])] = static_cast<std::int16_t>(i);
   }
   return digits;
 }
 
 /// Empty result and false for a text that is not base64. Padding may be left out.
 bool base64_decoded(std::string_view text, Bytes& out) {
-  static const std::array<std::int8_t, 256> kDigits = make_base64_digits();
+  static const std::array<std::int16_t, 256> kDigits = make_base64_digits();
   while (!text.empty() && text.back() == '=') text.remove_suffix(1);
   if (text.size() % 4 == 1) return false;
   out.reserve(text.size() / 4 * 3 + 2);

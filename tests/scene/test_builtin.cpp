@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <map>
+#include <string_view>
 #include <tuple>
 
 #include "lightcuts/error.h"
@@ -60,7 +61,7 @@ bool is_closed(const Mesh& mesh) {
   return std::all_of(balance.begin(), balance.end(), [](const auto& edge) { return edge.second == 0; });
 }
 
-const Mesh& mesh_named(const Scene& scene, const std::string& name) {
+const Mesh& mesh_named(const Scene& scene, std::string_view name) {
   return *std::find_if(scene.meshes.begin(), scene.meshes.end(), [&](const Mesh& mesh) { return mesh.name == name; });
 }
 

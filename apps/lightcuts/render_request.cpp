@@ -24,6 +24,8 @@ const std::vector<Choice<Metric>> kMetrics{{"walter", Metric::walter},
                                            {"distance-color", Metric::distance_color},
                                            {"distance-direction", Metric::distance_direction},
                                            {"distance-color-direction", Metric::distance_color_direction}};
+const std::vector<Choice<HoleFill>> kHoleFills{{"mean", HoleFill::mean}, {"edges", HoleFill::edges}};
+const std::vector<Choice<PointChoice>> kPointChoices{{"block", PointChoice::block}, {"noise", PointChoice::noise}};
 const std::vector<Choice<CutWalk>> kCutWalks{{"heap", CutWalk::heap}, {"packet", CutWalk::packet}};
 
 namespace {
@@ -205,6 +207,24 @@ void add_shadow_map_options(CLI::App& command, ShadeOptions& shade) {
       ->group(group);
   add_count(command, "--ism-points", "P", shade.ism_points, 1, 100'000'000,
             fmt::format("points splatted into a map (default: {})", shade.ism_points))
+      ->group(group);
+  add_count(command, "--ism-levels", "L", shade.ism_levels, 0, 10,
+            fmt::format("coarser levels that fill a map's holes, 0: none (default: {})", shade.ism_levels))
+      ->group(group);
+  add_choice(command, "--ism-fill", shade.ism_fill, kHoleFills,
+             "a hole takes the study's mean; or that of one surface")
+      ->group(group);
+  add_choice(command, "--ism-choice", shade.ism_choice, kPointChoices,
+             "a block of a well-spread order; or the study's noise")
+      ->group(group);
+  add_value(
+      command, "--ism-depth-bits", "16|32",
+      [&shade](const std::string& text) {
+        const std::uint64_t bits = parse_count(text, 16, 32);
+        if (bits != 16 && bits != 32) throw Error(Code::invalid_argument, "must be 16 or 32, but is " + text);
+        shade.ism_depth_bits = static_cast<int>(bits);
+      },
+      fmt::format("of a texel (default: {})", shade.ism_depth_bits))
       ->group(group);
 }
 

@@ -36,5 +36,7 @@ extern const std::vector<Choice<Deposit>> kDeposits;
 extern const std::vector<Choice<TreeBuilder>> kTreeBuilders;
 extern const std::vector<Choice<Metric>> kMetrics;
 extern const std::vector<Choice<CutWalk>> kCutWalks;
+extern const std::vector<Choice<HoleFill>> kHoleFills;
+extern const std::vector<Choice<PointChoice>> kPointChoices;
 
 }  // namespace lightcuts::app

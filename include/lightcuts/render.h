@@ -20,6 +20,10 @@ enum class Deposit : std::uint8_t { physical, study };
 enum class TreeBuilder : std::uint8_t { agglomerative, ploc, morton };
 enum class Metric : std::uint8_t { walter, distance, distance_color, distance_direction, distance_color_direction };
 enum class CutWalk : std::uint8_t { heap, packet };
+/// How holes of a shadow map are filled: the study's mean of what was drawn nearby, or of the nearest surface there.
+enum class HoleFill : std::uint8_t { mean, edges };
+/// Which points a shadow map is drawn from: a block of a well-spread order, or the study's noise.
+enum class PointChoice : std::uint8_t { block, noise };
 enum class Sequence : std::uint8_t { sobol, random };
 
 /// Bounces that mean "until Russian roulette ends it".
@@ -51,8 +55,12 @@ struct ShadeOptions {
   float error = 0.02f;        ///< bound on each cut node relative to the pixel's total
   std::uint32_t max_cut = 0;  ///< largest cut, 0: none
   CutWalk cut = CutWalk::packet;
-  int ism_size = 64;                ///< texels a side
-  int ism_points = 8000;            ///< points splatted a map
+  int ism_size = 64;        ///< texels a side
+  int ism_points = 8000;    ///< points splatted a map
+  int ism_levels = 2;       ///< coarser levels that fill a map's holes, 0: none
+  int ism_depth_bits = 16;  ///< of a texel: 16 or 32
+  HoleFill ism_fill = HoleFill::edges;
+  PointChoice ism_choice = PointChoice::block;
   float min_distance = 0.01f;       ///< clamp of the VPL singularity, as a fraction of the scene's diagonal
   int samples = 0;                  ///< camera samples a pixel; 0: 1, or 64 for Method::path
   int bounces = kUnlimitedBounces;  ///< of Method::path: bounces + 1 reflections in all

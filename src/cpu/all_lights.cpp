@@ -66,12 +66,14 @@ struct DirectionalKind {
 /// Sum over a block of lights with visibility; returns the number of rays.
 template <class Kind>
 std::uint64_t sum_visible(const Kind& kind, const ShadeKernels& kernels, const PacketVisibility& visibility,
-                          const ReceiverPacket& receivers, std::size_t first, std::size_t count, PacketSum& sum) {
+                          const ReceiverPacket& receivers, LightStride part, std::size_t first, std::size_t count,
+                          PacketSum& sum) {
   PacketFactors factors;
   RayPacket16 rays;
   alignas(64) float share[kPacketSize];
   std::uint64_t traced = 0;
-  for (std::size_t light = first; light < first + count; ++light) {
+  for (std::size_t i = first; i < first + count; ++i) {
+    const std::size_t light = part.offset + i * part.stride;
     const std::uint32_t candidates = kind.rays(receivers, light, factors, rays) & receivers.active;
     if (candidates == 0) continue;
     traced += visibility.shares({Kind::kind, static_cast<std::uint32_t>(light), receivers, rays, candidates}, share);
@@ -92,7 +94,7 @@ void add(const PacketSum& sum, int packet, TileLight& out) {
 
 template <class Kind>
 bool AllLights::light_by(const Kind& kind, const Tile& tile, Progress& progress, TileLight& out) const {
-  const std::size_t total = kind.lights.size();
+  const std::size_t total = part_.count_of(kind.lights.size());
   const double all = static_cast<double>(lights_.vpls.size() + lights_.points.size() + lights_.directionals.size());
   for (std::size_t first = 0; first < total; first += kBlock) {
     const std::size_t count = std::min(kBlock, total - first);
@@ -103,7 +105,7 @@ bool AllLights::light_by(const Kind& kind, const Tile& tile, Progress& progress,
       if (visibility_ == nullptr) {
         kind.sum(receivers, first, count, sum);
       } else {
-        out.rays += sum_visible(kind, kernels_, *visibility_, receivers, first, count, sum);
+        out.rays += sum_visible(kind, kernels_, *visibility_, receivers, part_, first, count, sum);
       }
       add(sum, p, out);
       out.pairs += static_cast<std::uint64_t>(std::popcount(receivers.active)) * count;

@@ -9,6 +9,7 @@
 #include "cpu/all_lights.h"
 #include "cpu/cut/heap_lighter.h"
 #include "cpu/cut/packet_lighter.h"
+#include "cpu/ism/light_by_maps.h"
 #include "cpu/path_tracer.h"
 #include "cpu/progress.h"
 #include "cpu/shade_picture.h"
@@ -32,13 +33,6 @@ void require_memory(std::uint64_t needed, std::uint64_t budget, int width, int h
 int usable_threads(int threads) {
   const int processors = tbb::info::default_concurrency();
   return threads == 0 ? processors : std::min(threads, processors);
-}
-
-void require_built(const ShadeOptions& options) {
-  if (options.method != Method::path && options.visibility == Visibility::ism) {
-    throw Error(Code::not_built,
-                "visibility by imperfect shadow maps is not part of this build yet; choose rays or none");
-  }
 }
 
 /// The trees must be of the current lights: set_light_tree takes what it is given.
@@ -110,9 +104,9 @@ void CpuBackend::set_light_tree(LightTrees trees) { trees_ = std::move(trees); }
 ShadeResult CpuBackend::shade(const Camera& camera, int width, int height, const ShadeOptions& options,
                               std::uint64_t memory_bytes, Statistics& statistics, const ProgressFn& callback) {
   const Loaded& scene = loaded();
-  require_built(options);
-  require_memory(static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height) * Film::bytes_per_pixel(),
-                 memory_bytes, width, height);
+  const std::uint64_t film_bytes =
+      static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height) * Film::bytes_per_pixel();
+  require_memory(film_bytes, memory_bytes, width, height);
 
   const bool path = options.method == Method::path, cuts = options.method == Method::lightcuts;
   if (cuts) require_trees(trees_, light_set_);
@@ -124,7 +118,15 @@ ShadeResult CpuBackend::shade(const Camera& camera, int width, int height, const
   // What a tile does, from the method and the visibility chosen.
   const TileSource source{view, scene.cpu_scene.view(), scene.tracer, scene.emitters.view()};
   const RayVisibility rays(scene.tracer);
-  const PacketVisibility* visibility = options.visibility == Visibility::rays ? &rays : nullptr;
+  std::unique_ptr<LightMaps> maps;
+  const std::uint64_t left = memory_bytes == 0 ? 0 : std::max<std::uint64_t>(1, memory_bytes - film_bytes);
+  const MapLighting by_maps{source, light_set_, kernels_, ism_kernels(isa_), options, min_distance, left};
+  if (cuts && options.visibility == Visibility::ism) {
+    arena_.execute([&] { maps = std::make_unique<LightMaps>(by_maps, statistics); });
+  }
+  const PacketVisibility* visibility = options.visibility == Visibility::rays ? &rays
+                                       : maps != nullptr                      ? maps->visibility()
+                                                                              : nullptr;
   const AllLights all_lights(kernels_, light_set_, visibility, min_distance);
   LightMarks marks(trees_);
   const CutContext cut{trees_,        light_set_,      visibility, min_distance * min_distance,
@@ -138,7 +140,14 @@ ShadeResult CpuBackend::shade(const Camera& camera, int width, int height, const
 
   Film film(width, height, cuts);
   TileCounts counts;
-  arena_.execute([&] { counts = for_each_tile(view, film, progress, render_tile); });
+  std::uint32_t film_samples = samples;
+  if (options.method == Method::instant_radiosity && options.visibility == Visibility::ism) {
+    arena_.execute([&] { film_samples = light_by_maps(by_maps, film, progress, callback, counts, statistics); });
+  } else {
+    arena_.execute([&] { counts = for_each_tile(view, film, progress, render_tile); });
+  }
+
+  if (maps != nullptr) maps->report(statistics);
 
   statistics.pairs = counts.pairs;
   statistics.rays = counts.rays;
@@ -151,7 +160,7 @@ ShadeResult CpuBackend::shade(const Camera& camera, int width, int height, const
         counts.cuts == 0 ? 0 : static_cast<double>(counts.cuts_at_limit) / static_cast<double>(counts.cuts);
     statistics.cut.lights_used = marks.count();
   }
-  ShadeResult result{film.image(samples), true};
+  ShadeResult result{film.image(film_samples), true};
   result.complete = find_channel(result.image, "weight") == nullptr;
   return result;
 }

@@ -29,12 +29,12 @@ void for_each_pixel(const Tile& tile, Visit visit) {
 }
 
 /// Reflects the light of a tile's receivers towards the camera and adds the sample to its pixels.
-void add_to_film(const Tile& tile, const TileLight& lit, Film& film, TileCounts& counts) {
-  constexpr double inverse_pi = 0.31830988618379067154;
+void add_to_film(const Tile& tile, const TileLight& lit, double scale, Film& film, TileCounts& counts) {
+  const double reflect = 0.31830988618379067154 * scale;
   for_each_pixel(tile, [&](const SurfacePacket& packet, int p, int lane, int x, int y) {
     const int pixel = p * kPacketSize + lane;
     const Vec3 albedo = get(packet.albedo, lane);
-    const Vec3T<double> reflected = to_double(albedo) * lit.light[pixel] * inverse_pi;
+    const Vec3T<double> reflected = to_double(albedo) * lit.light[pixel] * reflect;
     film.add(x, y,
              {reflected + to_double(get(packet.seen, lane)), albedo, get(packet.receivers.ns, lane), packet.depth[lane],
               static_cast<float>(lit.cut_size[pixel]), lit.cut_bound[pixel]});
@@ -83,12 +83,12 @@ TileCounts for_each_tile(const View& view, Film& film, Progress& progress, const
 
 double tile_count(const View& view) { return static_cast<double>(columns_of(view)) * rows_of(view); }
 
-TileFn lit_tile(const TileSource& source, const TileLighter& lighter, Progress& progress) {
-  return [source, &lighter, &progress](int x0, int y0, std::uint32_t sample, Film& film, TileCounts& counts) {
+TileFn lit_tile(const TileSource& source, const TileLighter& lighter, Progress& progress, std::size_t passes) {
+  return [source, &lighter, &progress, passes](int x0, int y0, std::uint32_t sample, Film& film, TileCounts& counts) {
     const Tile tile = trace_tile(source.view, x0, y0, sample, source.scene, source.tracer, source.emitters);
     TileLight lit;
     if (!lighter.light(tile, progress, lit)) return;
-    add_to_film(tile, lit, film, counts);
+    add_to_film(tile, lit, static_cast<double>(passes), film, counts);
   };
 }
 

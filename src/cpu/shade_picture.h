@@ -41,7 +41,10 @@ struct TileSource {
 };
 
 /// A TileFn for methods that light a g-buffer: traces a tile's camera rays, lights it, adds what is seen directly.
-TileFn lit_tile(const TileSource& source, const TileLighter& lighter, Progress& progress);
+///
+/// `passes`: how many such passes the picture's mean is made of, where each sums a part of the lights; its light is
+/// multiplied by it.
+TileFn lit_tile(const TileSource& source, const TileLighter& lighter, Progress& progress, std::size_t passes = 1);
 
 /// A TileFn for path tracing; the g-buffer serves the planes beside colour.
 TileFn path_tile(const TileSource& source, const PathTracer& paths, Progress& progress);

@@ -51,6 +51,10 @@ void check_shade(const ShadeOptions& shade) {
   require(shade.ism_size >= 4 && shade.ism_size <= 1024 && (shade.ism_size & (shade.ism_size - 1)) == 0,
           "the size of shadow maps", shade.ism_size, "a power of two from 4 to 1024");
   require(shade.ism_points >= 1, "the number of points a shadow map", shade.ism_points, "1 or more");
+  require(shade.ism_levels >= 0 && shade.ism_levels <= 10, "the number of levels that fill a shadow map's holes",
+          shade.ism_levels, "0 to 10");
+  require(shade.ism_depth_bits == 16 || shade.ism_depth_bits == 32, "the depth of a shadow map's texel",
+          shade.ism_depth_bits, "16 or 32 bits");
 }
 
 }  // namespace
@@ -62,13 +66,6 @@ void check_options(const RenderOptions& options) {
   require(options.threads >= 0 && options.threads <= 4096, "the number of threads", options.threads,
           "1 to 4096 (0: all)");
   require(options.device >= 0, "the device", options.device, "0 or more");
-}
-
-void check_built(const RenderOptions& options) {
-  if (options.shade.method != Method::path && options.shade.visibility == Visibility::ism) {
-    throw Error(Code::not_built,
-                "visibility by imperfect shadow maps is not part of this build yet; choose rays or none");
-  }
 }
 
 }  // namespace lightcuts

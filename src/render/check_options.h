@@ -7,7 +7,4 @@ namespace lightcuts {
 /// Throws Error{invalid_argument} that says which option is out of its range, what was given and what is possible.
 void check_options(const RenderOptions& options);
 
-/// Throws Error{not_built} for what this version does not have yet.
-void check_built(const RenderOptions& options);
-
 }  // namespace lightcuts

@@ -99,7 +99,7 @@ class Run {
       result_.image = empty_picture(size_);
       result_.complete = false;
     } else {
-      s.time_ms.shade = timed([&] { shade(); });
+      s.time_ms.shade = timed([&] { shade(); }) - s.time_ms.shadow_maps;
     }
     s.memory_bytes.host_peak = peak_memory_bytes();
     s.time_ms.total = total.ms();
@@ -166,7 +166,6 @@ class Run {
 RenderResult render(const Scene& scene, const Camera& camera, const RenderOptions& options,
                     const ProgressFn& progress) {
   check_options(options);
-  check_built(options);
   if (!emits_light(scene)) {
     throw Error(Code::no_emitter,
                 "nothing in the scene emits light; add a light or an emissive material, or light it from outside with "

@@ -178,9 +178,6 @@ TEST(CpuBackend, RefusesWhatItDoesNotHave) {
   ShadeOptions cuts;
   cuts.method = Method::lightcuts;
   EXPECT_EQ(code_of(cuts, 0), Code::invalid_argument);  // no tree over its lights
-  ShadeOptions maps;
-  maps.visibility = Visibility::ism;
-  EXPECT_EQ(code_of(maps, 0), Code::not_built);
   EXPECT_EQ(code_of({}, 1000), Code::out_of_memory);
   CpuBackend empty(1);
   EXPECT_THROW(empty.trace_vpls({}, {}), Error);

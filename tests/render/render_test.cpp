@@ -116,9 +116,6 @@ TEST(Render, SaysWhatIsNotBuiltAndThatNothingEmits) {
   };
   RenderOptions options = small(4);
   EXPECT_EQ(code_of(closed_room({0.5f, 0.5f, 0.5f}), options), Code::no_emitter);
-  options.shade.visibility = Visibility::ism;
-  EXPECT_EQ(code_of(lit_room(), options), Code::not_built);
-  options = small(4);
   options.backend = BackendKind::cuda;
   EXPECT_EQ(code_of(lit_room(), options), Code::not_built);
 }

@@ -1,0 +1,133 @@
+// What imperfect shadow maps are worth: agreement with rays by map size and points, and what a map costs in rays.
+// Usage: bench_ism [agreement|speed] SCENE...   (a name of a built-in scene, or a file)
+
+#include <fmt/format.h>
+#include <tbb/global_control.h>
+
+#include <chrono>
+#include <cstdio>
+#include <cstring>
+#include <memory>
+
+#include "cpu/simd/isa.h"
+#include "cpu/vpl_tracer.h"
+#include "lightcuts/io.h"
+#include "oracle/shadow_map_agreement.h"
+
+namespace lightcuts {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+/// A scene with lights to make maps of.
+struct Bench {
+  std::string name;
+  Scene scene;
+  std::unique_ptr<CpuScene> cpu_scene;
+  std::unique_ptr<RayTracer> tracer;
+  LightSet lights;
+
+  explicit Bench(const char* which) : name(which) {
+    const bool file = std::strchr(which, '.') != nullptr;
+    scene = file ? load_scene(which).scene : make_builtin_scene(which);
+    if (!emits_light(scene)) scene.environment = Environment{};
+    validate(scene);
+    cpu_scene = std::make_unique<CpuScene>(scene);
+    tracer = std::make_unique<RayTracer>(cpu_scene->view());
+    VplOptions options;
+    options.count = 2000;
+    lights = make_light_set(trace_vpls(*cpu_scene, *tracer, options));
+  }
+};
+
+void print_agreement(const Bench& bench, std::uint32_t points, const ShadowMapOptions& options, const char* note) {
+  constexpr std::size_t step = 20;
+  const SurfacePoints surface(bench.cpu_scene->view(), {points});
+  ShadowMapSet maps(ism_kernels(selected_isa()), surface, bench.lights, options);
+  maps.add(every_light(bench.lights, 0, step));
+  const oracle::Agreement a =
+      oracle::measure_agreement(maps, bench.lights, *bench.cpu_scene, *bench.tracer, step, 160, true);
+  const double wrong = a.wrongly_lit + a.wrongly_dark;
+  fmt::print("| {} | {} | {} | {} | {:.1f} | {:.1f} | {:.1f} | {:.1f} | {:.1f} | {:.0f} of {:.0f} |\n", bench.name,
+             options.size, points, note, 100 * a.agreement(), 100 * a.balanced(), 100 * a.wrongly_lit / a.pairs,
+             100 * a.wrongly_dark / a.pairs, 100 * a.always_lit(), 100 * a.wrong_at_edges / wrong,
+             100 * a.at_edges / a.pairs);
+  std::fflush(stdout);
+}
+
+/// Every row compares at least 14 000 pairs of a VPL and a point that faces it with traced rays.
+void agreement(const Bench& bench) {
+  for (const int size : {32, 64, 128}) {
+    for (const std::uint32_t points : {1000u, 8000u, 64000u}) {
+      ShadowMapOptions options;
+      options.size = size;
+      print_agreement(bench, points, options, "edges, 2 levels");
+    }
+  }
+  ShadowMapOptions options;
+  options.levels = 0;
+  print_agreement(bench, 8000, options, "holes stay");
+  options.levels = 2;
+  options.fill = HoleFill::mean;
+  print_agreement(bench, 8000, options, "study's mean, 2 levels");
+  options = {};
+  options.depth_bits = 32;
+  print_agreement(bench, 8000, options, "32 bits");
+  options = {};
+  options.choice = PointChoice::noise;
+  print_agreement(bench, 8000, options, "study's noise");
+}
+
+/// Seconds that a shadow ray between random points of the scene takes, and that a map takes; the best of several rounds,
+/// on one thread.
+void speed(const Bench& bench) {
+  const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
+  oracle::ReceiverSampler sampler(bench.cpu_scene->view(), 1);
+  std::vector<Ray> rays;
+  for (int i = 0; i < 20000; ++i) rays.push_back(shadow_ray(sampler.draw().position, sampler.draw().position));
+  const SurfacePoints points(bench.cpu_scene->view(), {8000});
+  ShadowMapSet maps(ism_kernels(selected_isa()), points, bench.lights, {});
+  const LightIds ids = every_light(bench.lights, 0, 40);
+  double ray = 1e9, map = 1e9;
+  std::size_t hidden = 0;
+  for (int round = 0; round < 12; ++round) {
+    Clock::time_point start = Clock::now();
+    for (const Ray& r : rays) hidden += bench.tracer->occluded(r) ? 1 : 0;
+    ray = std::min(ray, seconds_since(start) / static_cast<double>(rays.size()));
+    maps.clear();
+    start = Clock::now();
+    maps.add(ids);
+    map = std::min(map, seconds_since(start) / static_cast<double>(maps.map_count()));
+  }
+  fmt::print(
+      "{}: a map of 64x64 texels and 8000 points takes {:.3f} ms, an incoherent shadow ray {:.3f} us ({:.0f} % "
+      "hidden): a map costs {:.0f} rays\n",
+      bench.name, map * 1e3, ray * 1e6, 100.0 * static_cast<double>(hidden) / (12.0 * static_cast<double>(rays.size())),
+      map / ray);
+}
+
+}  // namespace
+}  // namespace lightcuts
+
+int main(int argc, char** argv) {
+  using namespace lightcuts;
+  try {
+    if (argc < 3) {
+      std::fputs("usage: bench_ism agreement|speed SCENE...\n", stderr);
+      return 2;
+    }
+    const bool rows = std::strcmp(argv[1], "agreement") == 0;
+    if (rows) {
+      fmt::print(
+          "| scene | texels | points | | agreement % | balanced % | wrongly lit % | wrongly dark % | always lit % "
+          "| errors at edges, % of errors of % of pairs |\n|---|---|---|---|---|---|---|---|---|---|\n");
+    }
+    for (int i = 2; i < argc; ++i) rows ? agreement(Bench(argv[i])) : speed(Bench(argv[i]));
+    return 0;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "{}\n", error.what());
+    return 1;
+  }
+}

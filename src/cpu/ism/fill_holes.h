@@ -1,0 +1,34 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "lightcuts/render.h"
+
+namespace lightcuts {
+
+/// Work memory of fill_holes, so that filling many maps allocates once.
+template <class Depth>
+struct FillScratch {
+  std::vector<std::vector<Depth>> coarser;
+};
+
+/// How far behind the nearest of four texels another may lie to be averaged with it, as a share of all depths, at the finest
+/// level; it doubles with each level, as the texels do. A twentieth: Ritschel et al. 2008.
+inline constexpr double kFillThreshold = 0.05;
+/// How many of four texels must hold a depth for their coarser texel to hold one, with HoleFill::edges.
+inline constexpr int kFillLeast = 3;
+
+/// Fills the texels of a map in which nothing was drawn from up to `levels` coarser levels, by pull and push.
+///
+/// Texels that hold a depth keep it. A side that is odd is rounded up: texels beyond the border are empty.
+/// @param map   size * size codes, row by row
+/// @param fill  HoleFill::mean: the study's mean of valid texels and push of the parent's value;
+///              HoleFill::edges: only texels of the nearest surface are averaged, the push is smooth
+template <class Depth>
+void fill_holes(Depth* map, int size, int levels, HoleFill fill, FillScratch<Depth>& scratch);
+
+extern template void fill_holes(std::uint16_t*, int, int, HoleFill, FillScratch<std::uint16_t>&);
+extern template void fill_holes(std::uint32_t*, int, int, HoleFill, FillScratch<std::uint32_t>&);
+
+}  // namespace lightcuts

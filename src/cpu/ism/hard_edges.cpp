@@ -1,0 +1,124 @@
+#include "cpu/ism/hard_edges.h"
+
+#include <algorithm>
+#include <array>
+#include <numeric>
+
+namespace lightcuts {
+namespace {
+
+/// A surface that bends by less goes on: 30 degrees.
+constexpr float kSmoothCosine = 0.866f;
+/// Sine from which on a neighbour rises over the triangle's plane.
+constexpr float kHollowSine = 0.01f;
+/// Triangles that bend by less than 0.8 degrees are one flat face.
+constexpr float kFlatCosine = 0.9999f;
+
+bool comes_before(Vec3 a, Vec3 b) {
+  if (a.x != b.x) return a.x < b.x;
+  if (a.y != b.y) return a.y < b.y;
+  return a.z < b.z;
+}
+
+/// Which place each corner is at: equal numbers for equal positions.
+std::vector<std::uint32_t> places_of(const MeshView& mesh) {
+  std::uint32_t count = 0;
+  for (std::uint32_t t = 0; t < mesh.triangle_count; ++t) {
+    for (const std::uint32_t corner : mesh.triangles[t]) count = std::max(count, corner + 1);
+  }
+  std::vector<std::uint32_t> order(count), place(count);
+  std::iota(order.begin(), order.end(), 0u);
+  std::sort(order.begin(), order.end(),
+            [&](std::uint32_t a, std::uint32_t b) { return comes_before(mesh.positions[a], mesh.positions[b]); });
+  std::uint32_t number = 0;
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    if (i > 0 && comes_before(mesh.positions[order[i - 1]], mesh.positions[order[i]])) ++number;
+    place[order[i]] = number;
+  }
+  return place;
+}
+
+struct EdgeUse {
+  std::uint64_t key;  ///< both places, the smaller first
+  std::uint32_t triangle;
+  std::uint32_t edge;
+};
+
+std::vector<EdgeUse> sorted_edges(const MeshView& mesh) {
+  const std::vector<std::uint32_t> place = places_of(mesh);
+  std::vector<EdgeUse> uses;
+  uses.reserve(3 * std::size_t{mesh.triangle_count});
+  for (std::uint32_t t = 0; t < mesh.triangle_count; ++t) {
+    for (std::uint32_t e = 0; e < 3; ++e) {
+      const std::uint64_t a = place[mesh.triangles[t][e]], b = place[mesh.triangles[t][(e + 1) % 3]];
+      uses.push_back({std::min(a, b) << 32 | std::max(a, b), t, e});
+    }
+  }
+  std::sort(uses.begin(), uses.end(), [](const EdgeUse& a, const EdgeUse& b) {
+    return a.key != b.key ? a.key < b.key : a.triangle != b.triangle ? a.triangle < b.triangle : a.edge < b.edge;
+  });
+  return uses;
+}
+
+/// Unit vector in the triangle's plane from edge `e` towards the third corner; zero for a needle.
+Vec3 away_from_edge(const MeshView& mesh, const EdgeUse& use) {
+  const std::uint32_t* corner = mesh.triangles[use.triangle];
+  const Vec3 a = mesh.positions[corner[use.edge]], b = mesh.positions[corner[(use.edge + 1) % 3]];
+  const Vec3 c = mesh.positions[corner[(use.edge + 2) % 3]];
+  const Vec3 along = b - a, to = c - a;
+  const float along_sq = length_sq(along);
+  if (!(along_sq > 0)) return {};
+  const Vec3 away = to - along * (dot(to, along) / along_sq);
+  const float len = length(away);
+  return len > 0 ? away / len : Vec3{};
+}
+
+Vec3 front_of(const MeshView& mesh, std::uint32_t triangle) {
+  const std::uint32_t* corner = mesh.triangles[triangle];
+  const Vec3 p0 = mesh.positions[corner[0]];
+  const Vec3 n = cross(mesh.positions[corner[1]] - p0, mesh.positions[corner[2]] - p0);
+  const float len = length(n);
+  return len > 0 ? n / len : Vec3{};
+}
+
+/// What a neighbour does to an edge.
+struct Bend {
+  std::uint32_t softens;  ///< bit 0: not hard as seen from the front, bit 1: from the back
+  bool flat;
+};
+Bend bend_of(const MeshView& mesh, const EdgeUse& use, const EdgeUse& neighbour) {
+  const Vec3 inward = away_from_edge(mesh, use), beyond = away_from_edge(mesh, neighbour);
+  const float straight = -dot(inward, beyond);
+  if (straight >= kSmoothCosine) return {3, straight >= kFlatCosine};
+  const float rise = dot(front_of(mesh, use.triangle), beyond);
+  return {(rise > kHollowSine ? 1u : 0u) | (rise < -kHollowSine ? 2u : 0u), false};
+}
+
+}  // namespace
+
+MeshEdges hard_edges(const MeshView& mesh) {
+  MeshEdges edges{std::vector<std::uint8_t>(mesh.triangle_count, 0),
+                  std::vector<std::array<std::uint32_t, 3>>(mesh.triangle_count, {kNone, kNone, kNone})};
+  const std::vector<EdgeUse> uses = sorted_edges(mesh);
+  // An edge that hundreds of triangles share belongs to no surface: looking at a few neighbours is enough.
+  constexpr std::size_t most_neighbours = 8;
+  for (std::size_t begin = 0, end = 0; begin < uses.size(); begin = end) {
+    for (end = begin; end < uses.size() && uses[end].key == uses[begin].key;) ++end;
+    const std::size_t looked_at = std::min(end, begin + most_neighbours);
+    for (std::size_t i = begin; i < end; ++i) {
+      std::uint32_t soft = 0;
+      for (std::size_t j = begin; j < looked_at; ++j) {
+        if (uses[j].triangle == uses[i].triangle) continue;
+        const Bend bend = bend_of(mesh, uses[i], uses[j]);
+        soft |= bend.softens;
+        if (bend.flat) edges.flat[uses[i].triangle][uses[i].edge] = uses[j].triangle;
+      }
+      std::uint8_t& bits = edges.hard[uses[i].triangle];
+      if ((soft & 1u) == 0) bits = static_cast<std::uint8_t>(bits | 1u << uses[i].edge);
+      if ((soft & 2u) == 0) bits = static_cast<std::uint8_t>(bits | 8u << uses[i].edge);
+    }
+  }
+  return edges;
+}
+
+}  // namespace lightcuts

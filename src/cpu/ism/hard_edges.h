@@ -1,0 +1,24 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "kernels/scene_view.h"
+
+namespace lightcuts {
+
+/// What is beyond the edges of a mesh's triangles; edge i runs from corner i to the next.
+struct MeshEdges {
+  std::vector<std::uint8_t> hard;                  ///< a triangle's edges that a disc must not reach across, as bits
+  std::vector<std::array<std::uint32_t, 3>> flat;  ///< the triangle that goes on in the same plane, or kNone
+};
+
+/// Finds the hard edges of a mesh and the triangles that make up its flat faces.
+///
+/// Bits 0 to 2: hard as seen from the front; bits 3 to 5: from the back. An edge is hard where nothing continues the
+/// surface (an open edge), or where all that does bends away sharply. Across a smooth edge a disc goes on over the neighbour;
+/// across a hollow one it disappears behind it. Corners at the same place count as one, whatever their indices.
+MeshEdges hard_edges(const MeshView& mesh);
+
+}  // namespace lightcuts

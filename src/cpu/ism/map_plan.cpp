@@ -1,0 +1,52 @@
+#include "cpu/ism/map_plan.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "lightcuts/error.h"
+
+namespace lightcuts {
+namespace {
+
+constexpr std::uint64_t kBatchBytes = std::uint64_t{32} << 20;
+/// Each kind of light may have one light more in a batch than in another, a point light with two maps.
+constexpr std::uint64_t kUneven = 4;
+constexpr std::uint64_t kFewestMaps = 2 * kUneven;
+
+}  // namespace
+
+MapPlan plan_maps(const LightSet& lights, const PointOptions& points, const ShadowMapOptions& maps,
+                  std::uint64_t budget) {
+  const std::uint64_t per_map = ShadowMapSet::bytes_per_map(maps);
+  const std::uint64_t light_count = lights.vpls.size() + lights.points.size() + lights.directionals.size();
+  const std::uint64_t fixed = SurfacePoints::bytes_for(points) + 8 * light_count;
+  const std::uint64_t least = fixed + kFewestMaps * per_map;
+  if (budget != 0 && budget < least) {
+    throw Error(
+        Code::out_of_memory,
+        fmt::format("{} points and a few shadow maps of {}x{} texels need {} MiB, but {} MiB of the memory budget "
+                    "are left; take fewer points, smaller maps or a larger budget",
+                    SurfacePoints::count_for(points), maps.size, maps.size, (least >> 20) + 1, budget >> 20));
+  }
+  MapPlan plan;
+  plan.maps = ShadowMapSet::maps_of(lights);
+  const std::uint64_t fits = budget == 0 ? plan.maps + kUneven : (budget - fixed) / per_map;
+  const std::uint64_t at_once = std::max(kFewestMaps, std::min(fits, kBatchBytes / per_map)) - kUneven;
+  plan.batches = static_cast<std::size_t>(std::max<std::uint64_t>(1, (plan.maps + at_once - 1) / at_once));
+  return plan;
+}
+
+void require_all_maps(const LightSet& lights, const PointOptions& points, const ShadowMapOptions& maps,
+                      std::uint64_t budget) {
+  const std::uint64_t count = ShadowMapSet::maps_of(lights);
+  const std::uint64_t needed = SurfacePoints::bytes_for(points) + count * (ShadowMapSet::bytes_per_map(maps) + 16);
+  if (budget == 0 || needed <= budget) return;
+  throw Error(
+      Code::out_of_memory,
+      fmt::format("shadow maps of {}x{} texels for {} lights may need {} MiB, but {} MiB of the memory budget are "
+                  "left; take smaller maps, fewer lights or a larger budget",
+                  maps.size, maps.size, count, (needed >> 20) + 1, budget >> 20));
+}
+
+}  // namespace lightcuts

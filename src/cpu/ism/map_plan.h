@@ -1,0 +1,31 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "cpu/ism/shadow_map_set.h"
+#include "cpu/ism/surface_points.h"
+
+namespace lightcuts {
+
+/// Into how many batches the lights of a picture are divided, so that the maps of one batch fit.
+struct MapPlan {
+  std::size_t batches = 1;
+  std::uint64_t maps = 0;  ///< of all batches together
+};
+
+/// Plans before memory is taken. Batch b has every `batches`-th light from the b-th on.
+///
+/// A batch is kept small enough for the processor's caches even where memory is plenty: tracing the camera's rays again is
+/// cheaper than reading each map from memory for each tile.
+/// @param budget  bytes for points and maps, 0: no limit
+/// Throws Error{out_of_memory} where not even a small batch fits.
+MapPlan plan_maps(const LightSet& lights, const PointOptions& points, const ShadowMapOptions& maps,
+                  std::uint64_t budget);
+
+/// Checks that the maps of all lights would fit, for methods that may look up any of them at any time.
+/// Throws Error{out_of_memory}.
+void require_all_maps(const LightSet& lights, const PointOptions& points, const ShadowMapOptions& maps,
+                      std::uint64_t budget);
+
+}  // namespace lightcuts

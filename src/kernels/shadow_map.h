@@ -1,0 +1,282 @@
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+
+#include "kernels/light.h"
+#include "lightcuts/math.h"
+#include "math/frame.h"
+
+namespace lightcuts {
+
+// Imperfect shadow maps: small pictures of distances as a light sees them, drawn from points of surfaces. The number
+// type T is `float`, or a register of SIMD lanes that brings its own operations (see kernels/light.h).
+// Sources: Ritschel et al. 2008; paraboloid projection: Brabec et al. 2002; reference 02-algorithms, section 4.
+
+// --- Depth codes ---
+
+/// The code that says "nothing was drawn here".
+template <class Depth>
+inline constexpr Depth kNoDepth = static_cast<Depth>(~Depth{0});
+
+/// The largest code of a distance: a share of the map's `far`. 32-bit codes have the 24 bits that a float has.
+template <class Depth>
+inline constexpr float kDepthSteps = sizeof(Depth) == 2 ? 65534.0f : 16777214.0f;
+
+template <class Depth>
+LC_FN Depth encode_depth(float distance, float steps_per_metre) {
+  return static_cast<Depth>(clamp_to(distance * steps_per_metre + 0.5f, 0.0f, kDepthSteps<Depth>));
+}
+
+// --- Views ---
+
+/// How a map looks at the world: from `origin`, z along the light.
+///
+/// A paraboloid (`half_width` 0) sees the hemisphere around z: direction w falls on (w.x, w.y) / (1 + w.z), which is the
+/// unit disc, and a depth is the distance from the origin. An orthographic view (directional lights) sees the square
+/// of 2 half_width [m], and a depth is the distance from the plane z = 0. Either way the map is the square [-1, 1]^2.
+struct MapView {
+  Vec3 origin;  ///< [m]
+  Frame frame;
+  float half_width = 0;  ///< [m]
+  float rim_sq = 1;      ///< texels whose centre lies beyond this squared radius stay empty
+  float far = 0;         ///< no surface is farther [m]
+};
+
+/// Where a map sees a point.
+template <class T>
+struct MapPoint {
+  T u, v;   ///< within [-1, 1]
+  T depth;  ///< [m]
+};
+
+template <class T>
+LC_FN Vec3T<T> broadcast_to(Vec3 v) {
+  return {T(v.x), T(v.y), T(v.z)};
+}
+template <class T>
+LC_FN Vec3T<T> to_local_vector(const Frame& f, Vec3T<T> v) {
+  return {dot(v, broadcast_to<T>(f.x)), dot(v, broadcast_to<T>(f.y)), dot(v, broadcast_to<T>(f.z))};
+}
+template <class T>
+LC_FN Vec3T<T> to_local_point(const MapView& view, Vec3T<T> p) {
+  return to_local_vector(view.frame, p - broadcast_to<T>(view.origin));
+}
+
+/// Largest distance from a point to a place in the box [m].
+LC_FN float farthest_distance(const Box& box, Vec3 p) {
+  const Vec3 lo = p - box.lo, hi = box.hi - p;
+  const Vec3 far = max_of(max_of(lo, -lo), max_of(hi, -hi));
+  return std::sqrt(dot(far, far));
+}
+
+LC_FN MapView paraboloid_view(Vec3 origin, Vec3 axis, const Box& bounds) {
+  return {origin, make_frame(axis), 0, 1, farthest_distance(bounds, origin)};
+}
+
+/// The hemisphere behind: the same map turned around its x axis.
+LC_FN MapView opposite(MapView view) {
+  view.frame.y = -view.frame.y;
+  view.frame.z = -view.frame.z;
+  return view;
+}
+
+/// Sees the whole box along `direction`.
+LC_FN MapView orthographic_view(Vec3 direction, const Box& bounds) {
+  const float radius = max_of(0.5f * diagonal(bounds), 1e-30f);
+  const Vec3 centre = is_empty(bounds) ? Vec3{} : center(bounds);
+  return {centre - direction * radius, make_frame(direction), radius, 2, 2 * radius};
+}
+
+/// Paraboloid projection of a point in the view's coordinates. Source: reference equation 4.2.
+template <class T>
+LC_FN MapPoint<T> project_paraboloid(Vec3T<T> local) {
+  const T distance = square_root(dot(local, local));
+  const T scale = T(1.0f) / max_of(distance + local.z, T(1e-30f));
+  return {local.x * scale, local.y * scale, distance};
+}
+
+template <class T>
+LC_FN MapPoint<T> project_orthographic(Vec3T<T> local, float half_width) {
+  const T scale(1.0f / half_width);
+  return {local.x * scale, local.y * scale, local.z};
+}
+
+/// Unit direction of a point of the map's disc. Source: reference equation 4.3.
+LC_FN Vec3 unproject_paraboloid(float u, float v) {
+  const float rho_sq = u * u + v * v;
+  const float scale = 1.0f / (1.0f + rho_sq);
+  return {2 * u * scale, 2 * v * scale, (1 - rho_sq) * scale};
+}
+
+/// Coordinate of a texel's centre in [-1, 1].
+LC_FN float texel_centre(int i, int size) { return (2 * static_cast<float>(i) + 1) / static_cast<float>(size) - 1; }
+
+// --- Drawing ---
+
+/// Directions nearer to the horizon than this cosine are not drawn: a plane through the light is no occluder for it.
+inline constexpr float kLeastCosine = 1e-3f;
+
+inline constexpr int kDiscEdges = 4;
+
+/// The part of its surface that a point stands for: a disc, cut by some edges of the surface.
+/// A place q of the plane belongs to it where dot(inward[i], q) >= offset[i]; unused edges have (0, -1).
+struct DiscShape {
+  float radius = 0;         ///< [m]
+  Vec3 inward[kDiscEdges];  ///< unit
+  float offset[kDiscEdges] = {-1, -1, -1, -1};
+};
+
+/// A circle on the map that covers what a disc can cover, in [-1, 1] coordinates.
+template <class T>
+struct Footprint {
+  T u, v, radius;
+};
+
+/// The sphere around a point bounds its disc whatever its normal, and a paraboloid maps the circle of directions
+/// around a sphere to a circle exactly. Where the light lies within the sphere the footprint is the whole map.
+template <class T>
+LC_FN Footprint<T> paraboloid_footprint(Vec3T<T> local, float radius) {
+  const T tangent_sq = dot(local, local) - T(radius * radius);
+  const T reach = square_root(max_of(tangent_sq, T(0.0f))) + local.z;
+  const T scale = T(1.0f) / max_of(reach, T(1e-30f));
+  const auto whole = tangent_sq < T(0.0f);
+  const T zero(0.0f);
+  return {select(whole, zero, local.x * scale), select(whole, zero, local.y * scale),
+          select(whole, T(2.0f), T(radius) * scale)};
+}
+
+template <class T>
+LC_FN Footprint<T> orthographic_footprint(Vec3T<T> local, float radius, float half_width) {
+  const T scale(1.0f / half_width);
+  return {local.x * scale, local.y * scale, T(radius) * scale};
+}
+
+/// Where the ray through a map's place meets the plane of a surface point: `plane` is the plane's offset along its
+/// normal. `position` is a place of the plane behind the light or not a number where the ray does not meet it.
+template <class T>
+struct PlaneHit {
+  Vec3T<T> position;
+  T depth;
+};
+
+template <class T>
+LC_FN PlaneHit<T> meet_plane_paraboloid(T u, T v, Vec3T<T> normal, T plane) {
+  // Along w' = (2u, 2v, 1 - rho^2), of length 1 + rho^2.
+  const T rho_sq = u * u + v * v;
+  const Vec3T<T> w{u + u, v + v, T(1.0f) - rho_sq};
+  const T t = plane / dot(w, normal);
+  return {w * t, t * (T(1.0f) + rho_sq)};
+}
+
+template <class T>
+LC_FN PlaneHit<T> meet_plane_orthographic(T u, T v, Vec3T<T> normal, T plane, float half_width) {
+  const T x = u * T(half_width), y = v * T(half_width);
+  const T depth = (plane - x * normal.x - y * normal.y) / normal.z;
+  return {{x, y, depth}, depth};
+}
+
+// --- Looking up ---
+
+/// How far in front of the receiver an occluder must be to count, as a share of a texel's width at the receiver.
+///
+/// Each texel holds the depth of a surface at its own centre, and is compared with the receiver's plane there, so
+/// slopes need no bias. What remains is rounding to a whole depth code, and curved or cornered surfaces, which differ
+/// from the plane by a part of a texel's width. That width is small near the light, so contact shadows stay.
+inline constexpr float kBiasTexels = 0.25f;
+
+/// What the five taps around a receiver are compared with: a tap at (u + du, v + dv) holds an occluder if its stored depth
+/// plus `bias` is less than that of the receiver's plane there, or of the receiver where the plane lies farther.
+template <class T>
+struct TapPlane {
+  MapPoint<T> at;
+  T inverse;           ///< 1 / depth, of paraboloids
+  T along_u, along_v;  ///< slope of 1 / depth (paraboloid) or of depth (orthographic)
+  T bias;              ///< [m]
+};
+
+/// Cosines below this are taken for it: the slope of a plane seen edge-on has no bound.
+inline constexpr float kLeastFacing = 1e-3f;
+
+template <class T>
+LC_FN T away_from_zero(T cosine) {
+  return select(cosine < T(0.0f), min_of(cosine, T(-kLeastFacing)), max_of(cosine, T(kLeastFacing)));
+}
+
+/// @param texel  width of a texel in [-1, 1] coordinates: 2 / size
+/// @param step   depth of one code [m]
+///
+/// For directions w(u, v), 1/t = dot(w, n) / dot(x, n) on the plane through x with normal n, so d(1/t)/du follows from
+/// dw/du = h ((1, 0, -u) - h u (u, v, 1)), h = 2 / (1 + u^2 + v^2).
+template <class T>
+LC_FN TapPlane<T> tap_plane_paraboloid(Vec3T<T> local, Vec3T<T> normal, float texel, float step) {
+  TapPlane<T> plane;
+  plane.at = project_paraboloid(local);
+  const T u = plane.at.u, v = plane.at.v, distance = max_of(plane.at.depth, T(1e-20f));
+  plane.inverse = T(1.0f) / distance;
+  const T h = T(2.0f) / (T(1.0f) + u * u + v * v);
+  const T facing = away_from_zero(dot(local, normal) * plane.inverse);
+  const T scale = h * plane.inverse / facing;
+  const T along = h * (u * normal.x + v * normal.y + normal.z);
+  plane.along_u = scale * (normal.x - u * along);
+  plane.along_v = scale * (normal.y - v * along);
+  plane.bias = T(step) + T(kBiasTexels * texel) * h * distance;
+  return plane;
+}
+
+template <class T>
+LC_FN TapPlane<T> tap_plane_orthographic(Vec3T<T> local, Vec3T<T> normal, float half_width, float texel, float step) {
+  TapPlane<T> plane;
+  plane.at = project_orthographic(local, half_width);
+  plane.inverse = T(0.0f);
+  const T scale = T(-half_width) / away_from_zero(normal.z);
+  plane.along_u = scale * normal.x;
+  plane.along_v = scale * normal.y;
+  plane.bias = T(step + kBiasTexels * texel * half_width);
+  return plane;
+}
+
+/// 1 where the tap at (u, v) lets light pass, else 0. `stored` is in metres.
+template <class T>
+LC_FN T tap_passes(const TapPlane<T>& plane, T u, T v, T stored, bool paraboloid) {
+  const T change = plane.along_u * (u - plane.at.u) + plane.along_v * (v - plane.at.v);
+  const T reach = stored + plane.bias;
+  if (paraboloid) {
+    return select(reach * (plane.inverse + max_of(change, T(0.0f))) < T(1.0f), T(0.0f), T(1.0f));
+  }
+  return select(reach < plane.at.depth + min_of(change, T(0.0f)), T(0.0f), T(1.0f));
+}
+
+/// The five taps: the receiver's texel and its four neighbours.
+inline constexpr int kTaps = 5;
+LC_FN int tap_x(int tap) { return tap == 1 ? 1 : tap == 2 ? -1 : 0; }
+LC_FN int tap_y(int tap) { return tap == 3 ? 1 : tap == 4 ? -1 : 0; }
+
+/// Share of light that arrives at a point: five lookups, the results averaged, never the depths.
+///
+/// @param local   receiver in the view's coordinates [m]
+/// @param normal  its unit geometric normal in them
+/// @param far     depth of the largest code [m]
+/// @param fetch   fetch(x, y): the code of a texel; a texel where nothing was drawn lets light pass
+/// Source: report section 3.4; the plus-shaped pattern: reference equation 4.6.
+template <class Depth, class Fetch>
+LC_FN float lookup_visibility(const MapView& view, Vec3 local, Vec3 normal, int size, const Fetch& fetch) {
+  const bool paraboloid = view.half_width == 0;
+  const float texel = 2.0f / static_cast<float>(size), step = view.far / kDepthSteps<Depth>;
+  const TapPlane<float> plane = paraboloid ? tap_plane_paraboloid(local, normal, texel, step)
+                                           : tap_plane_orthographic(local, normal, view.half_width, texel, step);
+  const float last = static_cast<float>(size - 1), half = 0.5f * static_cast<float>(size);
+  const int x = static_cast<int>(clamp_to((plane.at.u + 1) * half, 0.0f, last));
+  const int y = static_cast<int>(clamp_to((plane.at.v + 1) * half, 0.0f, last));
+  float passed = 0;
+  for (int tap = 0; tap < kTaps; ++tap) {
+    const int i = clamp_to(x + tap_x(tap), 0, size - 1), j = clamp_to(y + tap_y(tap), 0, size - 1);
+    const Depth code = fetch(i, j);
+    passed += code == kNoDepth<Depth> ? 1.0f
+                                      : tap_passes(plane, texel_centre(i, size), texel_centre(j, size),
+                                                   static_cast<float>(code) * step, paraboloid);
+  }
+  return passed * (1.0f / kTaps);
+}
+
+}  // namespace lightcuts

@@ -1,0 +1,145 @@
+#include <gtest/gtest.h>
+
+#include "cpu/cpu_backend.h"
+#include "cpu/film.h"
+#include "cpu/ism/map_plan.h"
+#include "cpu_shade/rooms.h"
+#include "lightcuts/compare.h"
+#include "lightcuts/error.h"
+
+namespace lightcuts {
+namespace {
+
+ShadeOptions by_maps() {
+  ShadeOptions options;
+  options.visibility = Visibility::ism;
+  options.ism_points = 2000;
+  options.ism_size = 32;
+  return options;
+}
+
+struct Rendered {
+  Image image;
+  Statistics statistics;
+};
+
+Rendered shade(int threads, const ShadeOptions& options, std::uint64_t memory = 0, std::uint64_t vpls = 600) {
+  Scene scene = lit_room();
+  PointLight point;
+  point.position = {0.3f, 0.2f, 0.5f};
+  point.intensity = {0.2f, 0.2f, 0.2f};
+  scene.point_lights.push_back(point);
+  validate(scene);
+  CpuBackend backend(threads);
+  backend.set_scene(scene, {});
+  VplOptions lights;
+  lights.count = vpls;
+  backend.trace_vpls(lights, {});
+  if (options.method == Method::lightcuts) backend.build_light_tree({}, {});
+  Rendered result;
+  result.image = backend.shade(room_camera(), 40, 24, options, memory, result.statistics, {}).image;
+  return result;
+}
+
+void expect_same(const Image& a, const Image& b, float relative) {
+  ASSERT_EQ(a.channels.size(), b.channels.size());
+  for (std::size_t c = 0; c < a.channels.size(); ++c) {
+    for (std::size_t i = 0; i < a.channels[c].values.size(); ++i) {
+      const float x = a.channels[c].values[i], y = b.channels[c].values[i];
+      if (x != y) {
+        ASSERT_NEAR(x, y, relative * std::abs(y)) << a.channels[c].name << " " << i;
+      }
+    }
+  }
+}
+
+TEST(LightByMaps, IsCloseToRaysAndCloserWithMorePointsAndTexels) {
+  ShadeOptions rays;
+  const Image reference = shade(2, rays).image;
+  ShadeOptions fine = by_maps();
+  fine.ism_points = 32000;
+  fine.ism_size = 128;
+  const double coarse_error = compare(shade(2, by_maps()).image, reference).relmse;
+  const double fine_error = compare(shade(2, fine).image, reference).relmse;
+  EXPECT_LT(coarse_error, 0.02);
+  EXPECT_LT(fine_error, 0.5 * coarse_error);
+}
+
+TEST(LightByMaps, ThreadsDoNotChangeThePicture) {
+  ShadeOptions options = by_maps();
+  options.samples = 2;
+  expect_same(shade(1, options).image, shade(2, options).image, 0);
+}
+
+TEST(LightByMaps, BatchesChangeOnlyRounding) {
+  const Rendered whole = shade(2, by_maps());
+  const PointOptions points{2000};
+  const std::uint64_t film = 40 * 24 * Film::bytes_per_pixel();
+  const Rendered parts = shade(2, by_maps(), film + SurfacePoints::bytes_for(points) + 8 * 700 + 100 * 2048);
+  EXPECT_EQ(whole.statistics.shadow_maps.count, parts.statistics.shadow_maps.count);
+  EXPECT_EQ(whole.statistics.shadow_maps.size, 32);
+  EXPECT_LT(parts.statistics.shadow_maps.bytes, 110 * 2048u);
+  EXPECT_GT(whole.statistics.shadow_maps.bytes, 550 * 2048u);
+  EXPECT_EQ(whole.statistics.pairs, parts.statistics.pairs);
+  EXPECT_EQ(whole.statistics.rays, 0u);
+  expect_same(parts.image, whole.image, 1e-5f);
+}
+
+TEST(LightcutsByMaps, KeepTheirPromiseAgainstTheSumOverAllMapsAndMakeOnlyWhatTheyUse) {
+  const Rendered sum = shade(2, by_maps(), 0, 3000);
+  for (const CutWalk walk : {CutWalk::heap, CutWalk::packet}) {
+    ShadeOptions options = by_maps();
+    options.method = Method::lightcuts;
+    options.cut = walk;
+    const Rendered cut = shade(2, options, 0, 3000);
+    EXPECT_LT(compare(cut.image, sum.image).mean_relative_error, 0.02);
+    EXPECT_EQ(cut.statistics.rays, 0u);
+    EXPECT_GT(cut.statistics.shadow_maps.count, 100u);
+    EXPECT_LE(cut.statistics.shadow_maps.count, sum.statistics.shadow_maps.count);
+    EXPECT_EQ(cut.statistics.shadow_maps.bytes, cut.statistics.shadow_maps.count * 2048);
+    expect_same(shade(1, options, 0, 3000).image, cut.image, 0);
+    EXPECT_THROW(shade(1, options, 12'000'000, 3000), Error);
+  }
+}
+
+TEST(LightByMaps, SaysWhatItNeedsBeforeItTakesMemory) {
+  try {
+    shade(1, by_maps(), 2'000'000);
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), Code::out_of_memory);
+    EXPECT_NE(std::string(error.what()).find("fewer points"), std::string::npos) << error.what();
+  }
+}
+
+TEST(MapPlan, AMillionMapsFitIntoAFewGibibytes) {
+  LightSet lights;
+  lights.vpls.resize(1'000'000);
+  ShadowMapOptions options;
+  options.size = 128;
+  const std::uint64_t budget = std::uint64_t{3} << 30;
+  const MapPlan plan = plan_maps(lights, {8000}, options, budget);
+  EXPECT_EQ(plan.maps, 1'000'000u);
+  const std::uint64_t largest = (plan.maps + plan.batches - 1) / plan.batches * ShadowMapSet::bytes_per_map(options);
+  EXPECT_LE(largest + SurfacePoints::bytes_for({8000}) + 8 * plan.maps, budget);
+  EXPECT_THROW(plan_maps(lights, {8000}, options, 1'000'000), Error);
+}
+
+TEST(LightByMaps, StopsAndKeepsWhatWasDone) {
+  Scene scene = lit_room();
+  validate(scene);
+  CpuBackend backend(1);
+  backend.set_scene(scene, {});
+  VplOptions lights;
+  lights.count = 3000;
+  backend.trace_vpls(lights, {});
+  int calls = 0;
+  const ProgressFn stop = [&](const char*, double) { return ++calls < 2; };
+  Statistics statistics;
+  const ShadeResult result = backend.shade(room_camera(), 64, 64, by_maps(), 0, statistics, stop);
+  EXPECT_FALSE(result.complete);
+  ASSERT_NE(find_channel(result.image, "weight"), nullptr);
+}
+
+}  // namespace
+}  // namespace lightcuts

@@ -75,9 +75,10 @@ class DeviceBuffer {
   [[nodiscard]] bool empty() const noexcept { return size_ == 0; }
 
   void upload(const T* values, std::size_t count) {
-    if (count != 0)
+    if (count != 0) {
       check(cudaMemcpyAsync(data_, values, count * sizeof(T), cudaMemcpyHostToDevice, device_->stream()),
             "sending data");
+    }
   }
   /// Waits until the values have arrived.
   void download(T* values, std::size_t count) const {

@@ -207,7 +207,7 @@ LC_FN T away_from_zero(T cosine) {
 /// @param step   depth of one code [m]
 ///
 /// For directions w(u, v), 1/t = dot(w, n) / dot(x, n) on the plane through x with normal n, so d(1/t)/du follows from
-/// dw/du = h ((1, 0, -u) - h u (u, v, 1)), h = 2 / (1 + u^2 + v^2).
+/// dw/du = h ((1, 0, 0) - h u (u, v, 1)), h = 2 / (1 + u^2 + v^2).
 template <class T>
 LC_FN TapPlane<T> tap_plane_paraboloid(Vec3T<T> local, Vec3T<T> normal, float texel, float step) {
   TapPlane<T> plane;

@@ -211,8 +211,7 @@ void add_shadow_map_options(CLI::App& command, ShadeOptions& shade) {
   add_count(command, "--ism-levels", "L", shade.ism_levels, 0, 10,
             fmt::format("coarser levels that fill a map's holes, 0: none (default: {})", shade.ism_levels))
       ->group(group);
-  add_choice(command, "--ism-fill", shade.ism_fill, kHoleFills,
-             "a hole takes the study's mean; or that of one surface")
+  add_choice(command, "--ism-fill", shade.ism_fill, kHoleFills, "a hole takes the study's mean; or that of one surface")
       ->group(group);
   add_choice(command, "--ism-choice", shade.ism_choice, kPointChoices,
              "a block of a well-spread order; or the study's noise")

@@ -51,7 +51,7 @@ std::vector<std::string> command_names(const CLI::App& program) {
 
 /// The parser's own message; where it counts values, in words that name the mistake.
 std::string readable_problem(const CLI::ParseError& error) {
-  const std::string text = error.what();
+  std::string text = error.what();
   if (dynamic_cast<const CLI::ArgumentMismatch*>(&error) == nullptr) return text;
   const std::string name = text.substr(0, text.find(':'));
   return text.find("received") == std::string::npos ? name + " needs a value" : name + " is given more than once";

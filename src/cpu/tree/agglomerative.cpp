@@ -104,9 +104,10 @@ void GreedyMerging::merge_identical(std::vector<LightCluster> clusters) {
   for (std::size_t begin = 0, end = 0; begin < order.size(); begin = end) {
     for (end = begin + 1; end < order.size() && identity(clusters[order[end]]) == identity(clusters[order[begin]]);)
       ++end;
-    if (end - begin > 1)
+    if (end - begin > 1) {
       groups.emplace_back(order.begin() + static_cast<std::ptrdiff_t>(begin),
                           order.begin() + static_cast<std::ptrdiff_t>(end));
+    }
   }
   std::vector<std::uint32_t> ids(light_count_);
   std::iota(ids.begin(), ids.end(), 0u);

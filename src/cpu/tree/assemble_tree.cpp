@@ -111,10 +111,11 @@ void TreeAssembly::place_nodes() {
 
 void TreeAssembly::finish_node(std::uint32_t index) {
   LightNode& node = tree_.nodes[index];
-  if (node.is_leaf())
+  if (node.is_leaf()) {
     finish_leaf(node, details_[index]);
-  else
+  } else {
     finish_inner(node, details_[index]);
+  }
 }
 
 void TreeAssembly::finish_leaf(LightNode& node, NodeDetail& detail) const {

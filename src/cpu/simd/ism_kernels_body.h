@@ -123,7 +123,7 @@ LC_LANES_FN void draw_disc(const ProjectedPoints& points, int lane, const DiscSh
           drawn = drawn & (dot(broadcast(edges.inward[e]), hit.position) > Lanes(edges.offset[e]));
         }
       }
-      float* const at = depths + j * size + i;
+      float* const at = depths + static_cast<std::ptrdiff_t>(j) * size + i;
       const Lanes before = load_unaligned(at);
       select(drawn, min_of(hit.depth, before), before).value.store_unaligned(at);
     }

@@ -1,4 +1,4 @@
-"""lint.py BUILD_FOLDER: clang-tidy over our own sources, remembering what passed.
+"""lint.py BUILD_FOLDER: clang-tidy over the library (src/), remembering what passed.
 
 A source that passed is not looked at again until it, a header of ours that it includes, its compile command, .clang-tidy,
 clang-tidy or this script changes. What passed is kept in ~/.cache/lightcuts (or XDG_CACHE_HOME), so that a fresh clone profits
@@ -83,7 +83,7 @@ def main():
     passed.mkdir(parents=True, exist_ok=True)
 
     entries = [entry for entry in json.loads((build / "compile_commands.json").read_text(encoding="utf-8"))
-               if entry["file"].endswith(".cpp") and not pathlib.Path(entry["file"]).is_relative_to(build)]
+               if entry["file"].endswith(".cpp") and pathlib.Path(entry["file"]).is_relative_to(ROOT / "src")]
     todo = []
     for entry in entries:
         mark = passed / fingerprint(entry, version)

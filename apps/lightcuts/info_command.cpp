@@ -15,7 +15,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// What Embree's tree takes for a triangle [bytes], measured on rooms; an estimate for a plan, no promise.
+/// What Embree's tree takes for a triangle [bytes], an estimate, not measured; an estimate for a plan, no promise.
 constexpr std::uint64_t kBvhBytesPerTriangle = 110;
 
 template <class T>

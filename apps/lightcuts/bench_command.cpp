@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <memory>
 
+#include "bench.h"
 #include "commands.h"
 #include "console.h"
 #include "exit_status.h"
 #include "lightcuts/error.h"
+#include "lightcuts/io.h"
 #include "options.h"
 #include "render_request.h"
 #include "text.h"
@@ -14,22 +16,19 @@
 namespace lightcuts::app {
 namespace {
 
-struct Benchmark {
-  const char* name;
-  const char* summary;
-};
+const std::vector<Choice<BenchScale>> kScales{{"smoke", BenchScale::smoke},
+                                              {"quick", BenchScale::quick},
+                                              {"small", BenchScale::small},
+                                              {"full", BenchScale::full}};
 
-const std::vector<Benchmark>& benchmarks() {
-  static const std::vector<Benchmark> all{{"study", "reproduces the study's tables (not built yet)"}};
-  return all;
-}
+constexpr const char* kFooter = R"(
+Examples:
+  lightcuts bench --list
+  lightcuts bench study --quick --report out/study      two minutes, then out/study/index.html
+  lightcuts bench study --report out/study              everything; interrupt it and call it again to go on
+  lightcuts bench study --part table-2 table-3 --json tables.json
 
-struct BenchRequest {
-  std::vector<std::string> names;
-  bool list = false;
-  BackendKind backend = BackendKind::automatic;
-  std::string json, report;
-};
+Exit status: 0 done, 1 a result did not agree with its reference, 2 wrong usage, 130 interrupted.)";
 
 void check_names(const BenchRequest& request) {
   std::vector<std::string> known;
@@ -41,6 +40,10 @@ void check_names(const BenchRequest& request) {
   }
 }
 
+bool is_wanted(const Benchmark& benchmark, const std::vector<std::string>& names) {
+  return names.empty() || std::find(names.begin(), names.end(), benchmark.name) != names.end();
+}
+
 int run(const BenchRequest& request) {
   check_names(request);
   if (request.list) {
@@ -49,15 +52,27 @@ int run(const BenchRequest& request) {
     }
     return kDone;
   }
-  throw Error(Code::not_built,
-              "no benchmark is part of this version yet: 'study' needs the light tree. What can be measured now: "
-              "'./dev bench' in the source tree, or --stats of 'lightcuts render'");
+  if (!request.json.empty()) check_writable(request.json);
+  nlohmann::ordered_json all = nlohmann::ordered_json::object();
+  bool correct = true, complete = true;
+  for (const Benchmark& benchmark : benchmarks()) {
+    if (!is_wanted(benchmark, request.names) || !complete) continue;
+    BenchResult result = benchmark.run(request);
+    correct = correct && result.correct;
+    complete = complete && result.complete;
+    all[benchmark.name] = std::move(result.json);
+  }
+  if (!request.json.empty()) {
+    save_text(request.json, all.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
+  }
+  return !complete ? kInterrupted : correct ? kDone : kPastLimit;
 }
 
 }  // namespace
 
 void add_bench_command(CLI::App& program, Action& action) {
   CLI::App* command = program.add_subcommand("bench", "Run benchmarks");
+  command->footer(kFooter);
   auto request = std::make_shared<BenchRequest>();
   command->add_option("NAME", request->names, "which (default: all)")->option_text("...");
   command->add_flag("--list", request->list, "only say which there are");
@@ -66,11 +81,34 @@ void add_bench_command(CLI::App& program, Action& action) {
       [request](const std::string& text) { request->backend = parse_choice(text, kBackends); },
       "processor (default: auto)");
   add_value(
+      *command, "--device", "N",
+      [request](const std::string& text) { request->device = static_cast<int>(parse_count(text, 0, 1023)); },
+      "which GPU (default: 0)");
+  add_value(
+      *command, "--threads", "T",
+      [request](const std::string& text) { request->threads = static_cast<int>(parse_count(text, 0, 4096)); },
+      "threads of the CPU (default: all)");
+  add_value(
       *command, "--json", "FILE", [request](const std::string& text) { request->json = text; },
       "writes the results as JSON");
   add_value(
       *command, "--report", "DIR", [request](const std::string& text) { request->report = text; },
-      "writes tables and pictures into a folder");
+      "writes tables, plots and a page; finished parts there are not repeated");
+  add_value(
+      *command, "--scale", "smoke|quick|small|full",
+      [request](const std::string& text) { request->scale = parse_choice(text, kScales); },
+      "how much: some seconds, two minutes, some ten\nminutes, all (default: full)");
+  command->add_flag_callback(
+      "--quick", [request] { request->scale = BenchScale::quick; }, "the same as --scale quick");
+  add_value(
+      *command, "--scenes", "DIR", [request](const std::string& text) { request->scenes = text; },
+      "rooms of `study`, as DIR/NAME/scene.gltf\n(default: ../shared/scenes/rooms where it exists)");
+  add_value(
+      *command, "--budget", "SECONDS",
+      [request](const std::string& text) { request->budget_s = parse_number(text, 0.01, 1e6); },
+      "leaves out what would take longer than this each");
+  command->add_option("--part", request->parts, "only these parts of `study` (default: all)")->option_text("NAME...");
+  command->add_flag("--quiet", request->quiet, "no progress");
   command->callback([request, &action] { action = [request] { return run(*request); }; });
 }
 

@@ -1,0 +1,12 @@
+#include "bench.h"
+
+namespace lightcuts::app {
+
+const std::vector<Benchmark>& benchmarks() {
+  static const std::vector<Benchmark> all{
+      {"study", "the tables and figures of the study, measured here, beside its own", run_study},
+  };
+  return all;
+}
+
+}  // namespace lightcuts::app

@@ -81,6 +81,12 @@ LC_FN MapView opposite(MapView view) {
   return view;
 }
 
+/// Two hemispheres meet at the rim: texels that it cuts are drawn whole, and one beyond for lookups next to it.
+LC_FN float double_rim_sq(int size) {
+  const float rim = 1 + 4.0f / static_cast<float>(size);
+  return rim * rim;
+}
+
 /// Sees the whole box along `direction`.
 LC_FN MapView orthographic_view(Vec3 direction, const Box& bounds) {
   const float radius = max_of(0.5f * diagonal(bounds), 1e-30f);
@@ -174,6 +180,33 @@ LC_FN PlaneHit<T> meet_plane_orthographic(T u, T v, Vec3T<T> normal, T plane, fl
   const T x = u * T(half_width), y = v * T(half_width);
   const T depth = (plane - x * normal.x - y * normal.y) / normal.z;
   return {{x, y, depth}, depth};
+}
+
+/// The half-planes of a shape, in a view's coordinates.
+struct LocalEdges {
+  Vec3 inward[kDiscEdges];
+  float offset[kDiscEdges];
+};
+
+LC_FN LocalEdges to_local(const DiscShape& shape, const MapView& view) {
+  LocalEdges edges{};
+  for (int i = 0; i < kDiscEdges; ++i) {
+    edges.inward[i] = to_local_vector(view.frame, shape.inward[i]);
+    edges.offset[i] = shape.offset[i] - dot(shape.inward[i], view.origin);
+  }
+  return edges;
+}
+
+/// Texels whose centres lie within `radius` of `centre`: from `lo` to `hi`, both in [0, size).
+struct TexelRange {
+  int lo, hi;
+};
+LC_FN TexelRange texel_range(float centre, float radius, int size) {
+  const float end = static_cast<float>(size);
+  // Truncation of what is not negative is the floor; a range that ends before it begins is empty.
+  const float lo = clamp_to<float>(centre - radius + 0.5f, 0, end),
+              hi = clamp_to<float>(centre + radius + 0.5f, 0, end);
+  return {static_cast<int>(lo), static_cast<int>(hi) - 1};
 }
 
 // --- Looking up ---

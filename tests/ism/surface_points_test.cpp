@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
-#include "cpu/ism/hard_edges.h"
+#include "backend/hard_edges.h"
 #include "cpu_core/scene_parts.h"
 #include "ism/map_scene.h"
 

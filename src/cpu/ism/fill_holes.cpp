@@ -1,9 +1,6 @@
 #include "cpu/ism/fill_holes.h"
 
 #include <algorithm>
-#include <limits>
-
-#include "kernels/pull_push.h"
 
 namespace lightcuts {
 namespace {
@@ -23,35 +20,21 @@ struct Level {
 };
 
 template <class Depth>
-std::uint64_t threshold_of(int level, HoleFill fill) {
-  if (fill == HoleFill::mean) return std::numeric_limits<std::uint32_t>::max();
-  return static_cast<std::uint64_t>(kFillThreshold * static_cast<double>(kDepthSteps<Depth>)) << std::min(level, 8);
-}
-
-template <class Depth>
-void pull(Level<Depth> fine, Level<Depth> coarse, HoleFill fill, std::uint64_t threshold) {
-  const int least = fill == HoleFill::mean ? 1 : kFillLeast;
+void pull(Level<Depth> fine, Level<Depth> coarse, const FillRule& rule) {
+  const auto at = [&fine](int x, int y) { return fine.at(x, y); };
   for (int y = 0; y < coarse.size; ++y) {
     Depth* out = coarse.row(y);
-    for (int x = 0; x < coarse.size; ++x) {
-      out[x] = pull_texel(fine.at(2 * x, 2 * y), fine.at(2 * x + 1, 2 * y), fine.at(2 * x, 2 * y + 1),
-                          fine.at(2 * x + 1, 2 * y + 1), threshold, least);
-    }
+    for (int x = 0; x < coarse.size; ++x) out[x] = pull_at<Depth>(x, y, rule, at);
   }
 }
 
 template <class Depth>
-void push(Level<Depth> coarse, Level<Depth> fine, HoleFill fill, std::uint64_t threshold) {
+void push(Level<Depth> coarse, Level<Depth> fine, const FillRule& rule) {
+  const auto at = [&coarse](int x, int y) { return coarse.at(x, y); };
   for (int y = 0; y < fine.size; ++y) {
     Depth* out = fine.row(y);
-    const int py = y / 2, beside_y = py + (y % 2 == 0 ? -1 : 1);
     for (int x = 0; x < fine.size; ++x) {
-      if (out[x] != kNoDepth<Depth>) continue;
-      const int px = x / 2, beside_x = px + (x % 2 == 0 ? -1 : 1);
-      out[x] = fill == HoleFill::mean
-                   ? push_texel(out[x], coarse.at(px, py))
-                   : push_texel_smooth(out[x], coarse.at(px, py), coarse.at(beside_x, py), coarse.at(px, beside_y),
-                                       coarse.at(beside_x, beside_y), threshold);
+      if (out[x] == kNoDepth<Depth>) out[x] = push_at<Depth>(x, y, rule, at);
     }
   }
 }
@@ -72,10 +55,10 @@ void fill_holes(Depth* map, int size, int levels, HoleFill fill, FillScratch<Dep
     std::vector<Depth>& codes = scratch.coarser[static_cast<std::size_t>(level)];
     codes.resize(static_cast<std::size_t>(half) * static_cast<std::size_t>(half));
     pyramid.push_back({codes.data(), half});
-    pull(fine, pyramid.back(), fill, threshold_of<Depth>(level, fill));
+    pull(fine, pyramid.back(), fill_rule<Depth>(fill == HoleFill::edges, level));
   }
   for (std::size_t level = pyramid.size() - 1; level > 0; --level) {
-    push(pyramid[level], pyramid[level - 1], fill, threshold_of<Depth>(static_cast<int>(level) - 1, fill));
+    push(pyramid[level], pyramid[level - 1], fill_rule<Depth>(fill == HoleFill::edges, static_cast<int>(level) - 1));
   }
 }
 

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "kernels/pull_push.h"
 #include "lightcuts/render.h"
 
 namespace lightcuts {
@@ -12,12 +13,6 @@ template <class Depth>
 struct FillScratch {
   std::vector<std::vector<Depth>> coarser;
 };
-
-/// How far behind the nearest of four texels another may lie to be averaged with it, as a share of all depths, at the finest
-/// level; it doubles with each level, as the texels do. A twentieth: Ritschel et al. 2008.
-inline constexpr double kFillThreshold = 0.05;
-/// How many of four texels must hold a depth for their coarser texel to hold one, with HoleFill::edges.
-inline constexpr int kFillLeast = 3;
 
 /// Fills the texels of a map in which nothing was drawn from up to `levels` coarser levels, by pull and push.
 ///

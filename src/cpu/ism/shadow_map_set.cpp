@@ -8,20 +8,13 @@
 
 #include "cpu/ism/fill_holes.h"
 #include "cpu/progress.h"
-#include "kernels/surface.h"
-#include "math/sample_stream.h"
+#include "kernels/draw_map.h"
 
 namespace lightcuts {
 namespace {
 
 constexpr float kNothing = std::numeric_limits<float>::infinity();
 constexpr std::size_t kPadding = 16;  // entries past the last that kernels may touch
-
-/// Two hemispheres meet at the rim: texels that it cuts are drawn whole, and one beyond for lookups next to it.
-float double_rim_sq(int size) {
-  const float rim = 1 + 4.0f / static_cast<float>(size);
-  return rim * rim;
-}
 
 std::vector<std::uint32_t> every(std::size_t count, std::size_t offset, std::size_t stride) {
   std::vector<std::uint32_t> ids;
@@ -127,25 +120,23 @@ std::uint64_t ShadowMapSet::bytes_per_map(const ShadowMapOptions& options) {
 
 std::uint64_t ShadowMapSet::maps_of(const LightSet& lights) {
   std::uint64_t count = lights.vpls.size() + lights.directionals.size();
-  for (const PointRecord& light : lights.points) count += light.cos_outer >= 0 ? 1 : 2;
+  for (const PointRecord& light : lights.points) count += static_cast<std::uint64_t>(point_map_count(light.cos_outer));
   return count;
 }
 
 int ShadowMapSet::maps_for(LightKind kind, std::uint32_t light) const {
-  return kind == LightKind::point && lights_.points[light].cos_outer < 0 ? 2 : 1;
+  return kind == LightKind::point ? point_map_count(lights_.points[light].cos_outer) : 1;
 }
 
 MapView ShadowMapSet::view_of(LightKind kind, std::uint32_t light, int which) const {
   if (kind == LightKind::vpl) {
-    // Off its surface, so that the light's own plane lies behind it.
-    return paraboloid_view(lights_.vpls[light].ray_target, lights_.vpls[light].axis, points_.bounds());
+    return vpl_map_view(lights_.vpls[light].position, lights_.vpls[light].axis, points_.bounds());
   }
   if (kind == LightKind::directional) {
     return orthographic_view(lights_.directionals[light].direction, points_.bounds());
   }
-  MapView view = paraboloid_view(lights_.points[light].position, lights_.points[light].axis, points_.bounds());
-  view.rim_sq = double_rim_sq(options_.size);
-  return which == 0 ? view : opposite(view);
+  const PointRecord& point = lights_.points[light];
+  return point_map_view(point.position, point.axis, points_.bounds(), options_.size, which);
 }
 
 void ShadowMapSet::place(LightKind kind, const std::vector<std::uint32_t>& ids, std::vector<Order>& orders) {
@@ -197,10 +188,9 @@ void ShadowMapSet::draw(const Order& order, const MapView& view, Scratch& scratc
   const std::size_t all = points_.size(), wanted = std::min<std::size_t>(points_.options().per_map, all);
   if (all == 0) return;
   const PointArrays& arrays = points_.arrays();
-  const std::uint32_t key = combine_bits(combine_bits(order.light, static_cast<std::uint32_t>(order.kind)),
-                                         static_cast<std::uint32_t>(derive_seed(options_.seed, 0x6d6170)));
+  const std::uint32_t stream = map_stream(order.light, static_cast<std::uint32_t>(order.kind), map_seed(options_.seed));
   if (options_.choice == PointChoice::block) {
-    const std::size_t start = static_cast<std::size_t>((std::uint64_t{key} * all) >> 32);
+    const std::size_t start = block_start(stream, static_cast<std::uint32_t>(all));
     const std::size_t until_end = std::min(wanted, all - start);
     kernels_.draw(arrays, start, until_end, view, options_.size, scratch.depths.data());
     kernels_.draw(arrays, 0, wanted - until_end, view, options_.size, scratch.depths.data());
@@ -214,7 +204,7 @@ void ShadowMapSet::draw(const Order& order, const MapView& view, Scratch& scratc
   scratch.shapes.resize(stride);
   const float* from[6] = {arrays.x, arrays.y, arrays.z, arrays.normal_x, arrays.normal_y, arrays.normal_z};
   for (std::size_t i = 0; i < all; ++i) {
-    if (static_cast<double>(combine_bits(static_cast<std::uint32_t>(i), key)) * 0x1p-32 >= share) continue;
+    if (!noise_chooses(static_cast<std::uint32_t>(i), stream, share)) continue;
     for (std::size_t c = 0; c < 6; ++c) scratch.chosen[c * stride + count] = from[c][i];
     scratch.shapes[count++] = arrays.shape[i];
   }

@@ -65,33 +65,6 @@ LC_LANES_FN std::uint32_t project(const PointArrays& points, std::size_t first, 
   return lanes;
 }
 
-/// The half-planes of a shape, in a view's coordinates.
-struct LocalEdges {
-  Vec3 inward[kDiscEdges];
-  float offset[kDiscEdges];
-};
-
-LC_LANES_FN LocalEdges to_local(const DiscShape& shape, const MapView& view) {
-  LocalEdges edges;
-  for (int i = 0; i < kDiscEdges; ++i) {
-    edges.inward[i] = to_local_vector(view.frame, shape.inward[i]);
-    edges.offset[i] = shape.offset[i] - dot(shape.inward[i], view.origin);
-  }
-  return edges;
-}
-
-/// Texels whose centres lie within `radius` of `centre`: from `lo` to `hi`, both in [0, size).
-struct TexelRange {
-  int lo, hi;
-};
-LC_LANES_FN TexelRange texel_range(float centre, float radius, int size) {
-  const float end = static_cast<float>(size);
-  // Truncation of what is not negative is the floor; a range that ends before it begins is empty.
-  const float lo = clamp_to<float>(centre - radius + 0.5f, 0, end),
-              hi = clamp_to<float>(centre + radius + 0.5f, 0, end);
-  return {static_cast<int>(lo), static_cast<int>(hi) - 1};
-}
-
 /// Draws the disc of one lane.
 template <bool Paraboloid, bool Cut>
 LC_LANES_FN void draw_disc(const ProjectedPoints& points, int lane, const DiscShape& shape, const MapView& view,

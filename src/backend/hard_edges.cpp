@@ -1,4 +1,4 @@
-#include "cpu/ism/hard_edges.h"
+#include "backend/hard_edges.h"
 
 #include <algorithm>
 #include <array>

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "kernels/scene_view.h"
+#include "kernels/surface_points.h"
 
 namespace lightcuts {
 
@@ -12,6 +12,8 @@ namespace lightcuts {
 struct MeshEdges {
   std::vector<std::uint8_t> hard;                  ///< a triangle's edges that a disc must not reach across, as bits
   std::vector<std::array<std::uint32_t, 3>> flat;  ///< the triangle that goes on in the same plane, or kNone
+
+  [[nodiscard]] MeshEdgesView view() const { return {hard.data(), flat.empty() ? nullptr : flat.data()->data()}; }
 };
 
 /// Finds the hard edges of a mesh and the triangles that make up its flat faces.

@@ -1,0 +1,230 @@
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+
+#include "kernels/light_key.h"
+#include "kernels/scene_view.h"
+#include "kernels/shadow_map.h"
+#include "kernels/surface.h"
+#include "math/sample_stream.h"
+
+namespace lightcuts {
+
+// How the points that shadow maps are drawn from lie on the surfaces of a scene, one point at a time: the text that the
+// CPU and the GPU run.
+
+struct PlacedTriangle {
+  std::uint32_t instance, triangle;
+};
+
+/// A triangle's place along a space-filling curve: neighbours in the order of this key are neighbours in the scene.
+LC_KERNEL std::uint64_t triangle_key(const SceneView& scene, PlacedTriangle t) {
+  const TriangleGeometry g = triangle_geometry(scene, t.instance, t.triangle);
+  const Vec3 middle = g.p0 + (g.e1 + g.e2) * (1.0f / 3.0f);
+  // Sides that face apart first: both faces of a thin board get points of their own.
+  return light_key(middle, g.front, scene.bounds, {16, 1, 0});
+}
+
+/// Sorting hundreds of millions of instanced triangles would take too much memory: beyond this many they stay in the
+/// scene's order.
+inline constexpr std::uint64_t kMostSortedTriangles = 1u << 24;
+
+/// The area before every 16th triangle of the order is stored: what a search by area starts with. Sums of each triangle
+/// would take much more memory.
+inline constexpr std::uint64_t kAreaChunk = 16;
+
+/// How many points a scene has, for maps of `per_map` points: enough that maps differ, not more than a map needs many
+/// times over.
+LC_FN std::uint64_t surface_point_count(std::uint64_t per_map) {
+  return max_of<std::uint64_t>(per_map, clamp_to<std::uint64_t>(16 * per_map, 1u << 16, 1u << 21));
+}
+
+/// The stream that points are drawn from, and how many draws at most: where almost everything is cut away, fewer points
+/// have to do.
+LC_KERNEL std::uint32_t point_stream(std::uint64_t seed) {
+  return static_cast<std::uint32_t>(derive_seed(seed, 0x69736d));
+}
+LC_FN std::uint64_t most_point_draws(std::uint64_t wanted) { return 16 * wanted; }
+/// Draws a round: all of one are made before those that masks cut away are left out.
+LC_FN std::uint64_t point_round(std::uint64_t wanted) { return min_of<std::uint64_t>(wanted, 1u << 16); }
+
+/// Place in a triangle for a number in [0, 1): a quarter of it names a quarter of the triangle, and so on.
+/// The result weighs corners 1 and 2. Source: Basu and Owen 2015, section 3.
+LC_KERNEL Vec2 subdivide(double number) {
+  Vec2 a{0, 0}, b{1, 0}, c{0, 1};
+  for (int depth = 0; depth < 12; ++depth) {
+    number *= 4;
+    const int quarter = min_of(3, static_cast<int>(number));
+    number -= quarter;
+    const Vec2 ab = (a + b) * 0.5f, bc = (b + c) * 0.5f, ca = (c + a) * 0.5f;
+    if (quarter == 0) {
+      a = bc, b = ca, c = ab;
+    } else if (quarter == 1) {
+      b = ab, c = ca;
+    } else if (quarter == 2) {
+      a = ab, c = bc;
+    } else {
+      a = ca, b = bc;
+    }
+  }
+  return (a + b + c) * (1.0f / 3.0f);
+}
+
+struct DrawnPoint {
+  Vec3 position, normal;
+  std::uint32_t instance = kNone, triangle = 0;  ///< kNone: cut away
+};
+
+/// The triangles in an order, and sums of their areas.
+/// `order(i)` names triangle i; chunk c begins with triangle kAreaChunk * c, and `area_before[c]` [m^2] lies before it.
+template <class Order>
+struct AreaTable {
+  Order order;
+  std::uint64_t triangle_count;
+  const double* area_before;
+  std::uint64_t chunk_count;
+  double area;  ///< of all
+};
+
+/// The last chunk that begins at or before `at` [m^2].
+template <class Order>
+LC_KERNEL std::uint64_t find_chunk(const AreaTable<Order>& table, double at) {
+  std::uint64_t first = 0, count = table.chunk_count;  // the first chunk that begins after `at` is within them
+  while (count > 0) {
+    const std::uint64_t half = count / 2;
+    if (table.area_before[first + half] <= at) {
+      first += half + 1;
+      count -= half + 1;
+    } else {
+      count = half;
+    }
+  }
+  return first - 1;
+}
+
+/// Point `index` of the sequence: a scrambled van der Corput number of the total area names a triangle, and the rest of
+/// the number a place in it.
+template <class Order>
+LC_KERNEL DrawnPoint draw_point(const SceneView& scene, const AreaTable<Order>& table, std::uint32_t index,
+                                std::uint32_t stream) {
+  // 32 bits are few for a tiny triangle's inside: random ones follow.
+  const std::uint64_t high = owen_scramble(reverse_bits(index), stream), low = combine_bits(index, stream);
+  const double at = static_cast<double>((high << 32 | low) >> 11) * 0x1p-53 * table.area;
+  const std::uint64_t chunk = find_chunk(table, at);
+  double rest = at - table.area_before[chunk];
+  TriangleGeometry g{};
+  PlacedTriangle found = table.order(chunk * kAreaChunk);
+  const std::uint64_t end = min_of(table.triangle_count, (chunk + 1) * kAreaChunk);
+  for (std::uint64_t i = chunk * kAreaChunk; i < end; ++i) {
+    const PlacedTriangle t = table.order(i);
+    const TriangleGeometry candidate = triangle_geometry(scene, t.instance, t.triangle);
+    if (!(candidate.area > 0)) continue;
+    g = candidate;
+    found = t;
+    if (rest < g.area) break;
+    rest -= g.area;
+  }
+  const double share = g.area > 0 ? clamp_to(rest / g.area, 0.0, 1.0) : 0.0;
+  const Vec2 weight = subdivide(share);
+  DrawnPoint point{g.p0 + g.e1 * weight.x + g.e2 * weight.y, g.front, found.instance, found.triangle};
+  const MeshView& mesh = scene.meshes[scene.instances[found.instance].mesh];
+  if (cut_away(scene, mesh, found.triangle, weight.x, weight.y)) point.instance = kNone;
+  return point;
+}
+
+/// Radius of a circle with the area that a point of a map stands for [m].
+LC_KERNEL float point_radius(double area, std::uint32_t per_map) {
+  return static_cast<float>(std::sqrt(area / static_cast<double>(per_map) / 3.14159265358979));
+}
+
+// --- The shape of a point's disc ---
+
+/// See MeshEdges in backend/hard_edges.h.
+struct MeshEdgesView {
+  const std::uint8_t* hard = nullptr;   ///< a byte a triangle
+  const std::uint32_t* flat = nullptr;  ///< three neighbours a triangle
+};
+
+/// A triangle and those that go on from it in its plane, as far as discs are cut by their edges.
+struct DiscFace {
+  DiscShape shape;
+  int edge_count = 0;
+  float area = 0;
+};
+
+LC_KERNEL bool has_hard_edge(const MeshEdgesView& edges, std::uint32_t triangle) {
+  if (edges.hard[triangle] != 0) return true;
+  for (int e = 0; e < 3; ++e) {
+    const std::uint32_t next = edges.flat[3 * std::size_t{triangle} + static_cast<std::size_t>(e)];
+    if (next != kNone && edges.hard[next] != 0) return true;
+  }
+  return false;
+}
+
+/// Adds the hard edges of a triangle of the face. Where the face is not convex, the line of a neighbour's edge may run
+/// through the point's own triangle: that one cuts nothing.
+LC_KERNEL void add_hard_edges(const TriangleGeometry& g, std::uint32_t hard, const TriangleGeometry& own,
+                              DiscFace& face) {
+  const Vec3 corner[3] = {g.p0, g.p0 + g.e1, g.p0 + g.e2};
+  for (int e = 0; e < 3 && face.edge_count < kDiscEdges; ++e) {
+    if ((hard >> e & 1u) == 0) continue;
+    const Vec3 a = corner[e], along = corner[(e + 1) % 3] - a, to = corner[(e + 2) % 3] - a;
+    const Vec3 away = to - along * (dot(to, along) / length_sq(along));
+    const float len = length(away);
+    if (!(len > 0)) continue;
+    const Vec3 inward = away / len;
+    const float slack = 1e-3f * len;
+    const float own_least =
+        min_of(dot(own.p0 - a, inward), min_of(dot(own.p0 + own.e1 - a, inward), dot(own.p0 + own.e2 - a, inward)));
+    if (own_least < -slack) continue;
+    face.shape.inward[face.edge_count] = inward;
+    face.shape.offset[face.edge_count++] = dot(inward, a);
+  }
+}
+
+LC_KERNEL DiscFace disc_face(const SceneView& scene, const MeshEdgesView& edges, std::uint32_t instance,
+                             std::uint32_t triangle, float radius) {
+  const TriangleGeometry own = triangle_geometry(scene, instance, triangle);
+  const std::uint32_t side = determinant(scene.instances[instance].world_from_object) < 0 ? 3 : 0;
+  DiscFace face;
+  face.shape.radius = radius;
+  face.area = own.area;
+  add_hard_edges(own, static_cast<std::uint32_t>(edges.hard[triangle]) >> side, own, face);
+  for (int e = 0; e < 3; ++e) {
+    const std::uint32_t next = edges.flat[3 * std::size_t{triangle} + static_cast<std::size_t>(e)];
+    if (next == kNone) continue;
+    const TriangleGeometry g = triangle_geometry(scene, instance, next);
+    face.area += g.area;
+    add_hard_edges(g, static_cast<std::uint32_t>(edges.hard[next]) >> side, own, face);
+  }
+  return face;
+}
+
+LC_KERNEL bool is_near_edge(const DiscFace& face, Vec3 at) {
+  for (int e = 0; e < face.edge_count; ++e) {
+    if (dot(face.shape.inward[e], at) - face.shape.offset[e] < face.shape.radius) return true;
+  }
+  return false;
+}
+
+/// What becomes of a point's disc: entries 0 and 1 of the table of shapes are the first two.
+enum class DiscKind : std::uint8_t { whole = 0, small = 1, cut = 2 };
+
+/// Finds the shape of a point's disc: whole where no hard edge of its triangle is near.
+///
+/// @param radius       of whole and cut discs [m]
+/// @param small_area   a face smaller than this [m^2], cut on several sides, has small discs
+/// @param face         receives the shape of a cut disc
+LC_KERNEL DiscKind disc_kind(const SceneView& scene, const MeshEdgesView& edges, const DrawnPoint& point, float radius,
+                             float small_area, DiscFace& face) {
+  if (!has_hard_edge(edges, point.triangle)) return DiscKind::whole;
+  face = disc_face(scene, edges, point.instance, point.triangle, radius);
+  if (face.edge_count == 0) return DiscKind::whole;
+  // A disc cut on several sides by a face smaller than itself would lose what the point stands for (the leaves of a
+  // tree): such a point draws the area that it stands for, and no more.
+  if (face.edge_count > 1 && face.area < small_area) return DiscKind::small;
+  return is_near_edge(face, point.position) ? DiscKind::cut : DiscKind::whole;
+}
+
+}  // namespace lightcuts

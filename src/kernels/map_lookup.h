@@ -1,0 +1,267 @@
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+
+#include "kernels/bits.h"
+#include "kernels/light.h"
+#include "kernels/shadow_map.h"
+#include "lightcuts/scene.h"
+
+namespace lightcuts {
+
+// Lookups in shadow maps, a thread at a time: lookup_visibility of shadow_map.h with the work that all lookups of a map
+// share done once, and with what follows from the projection's geometry left out. Up to rounding both agree.
+//
+// Depths are counted in codes here. On the way from the light w = (u, v, 1) h - (0, 0, 1), h = (d + z) / d, so
+// h (u n.x + v n.y + n.z) = dot(w, n) + n.z; and a stored depth beyond every surface passes without being asked.
+
+/// How one map looks at the world, and what its depths are counted in: 64 bytes, read as four words of 16.
+struct alignas(16) MapRecord {
+  Vec3 origin;       ///< [m]
+  float steps;       ///< depth codes a metre
+  Vec3 x;            ///< axes of the view
+  float bias_steps;  ///< what is allowed for each metre of h d (paraboloid), or in all (orthographic), in codes
+  Vec3 y;
+  float half_width;  ///< 0: a paraboloid [m]
+  Vec3 z;
+  float rim_sq;  ///< see MapView
+};
+static_assert(sizeof(MapRecord) == 64);
+
+template <class Depth>
+LC_KERNEL MapRecord make_map_record(const MapView& view, int size) {
+  const float steps = kDepthSteps<Depth> * (1 / max_of(view.far, 1e-30f));
+  const float texel = 2.0f / static_cast<float>(size), spread = view.half_width == 0 ? 1.0f : view.half_width;
+  MapRecord map;
+  map.origin = view.origin;
+  map.steps = steps;
+  map.x = view.frame.x;
+  map.bias_steps = kBiasTexels * texel * spread * steps;
+  map.y = view.frame.y;
+  map.half_width = view.half_width;
+  map.z = view.frame.z;
+  map.rim_sq = view.rim_sq;
+  return map;
+}
+
+/// The view that a record was made of, as far as drawing needs it.
+LC_KERNEL MapView view_of(const MapRecord& map) {
+  MapView view;
+  view.origin = map.origin;
+  view.frame = {map.x, map.y, map.z};
+  view.half_width = map.half_width;
+  view.rim_sq = map.rim_sq;
+  return view;
+}
+
+namespace detail {
+
+/// 1 / v and 1 / sqrt(v) to a unit or two of rounding; v > 0, neither tiny nor huge.
+LC_KERNEL float quick_reciprocal(float v) {
+#if defined(__CUDA_ARCH__)
+  float r;
+  asm("rcp.approx.ftz.f32 %0, %1;" : "=f"(r) : "f"(v));
+  return r;
+#else
+  return 1 / v;
+#endif
+}
+LC_KERNEL float quick_inverse_root(float v) {
+#if defined(__CUDA_ARCH__)
+  float r;
+  asm("rsqrt.approx.ftz.f32 %0, %1;" : "=f"(r) : "f"(v));
+  return r;
+#else
+  return 1 / std::sqrt(v);
+#endif
+}
+
+/// Adding it to a small number of at least 0 rounds that to a whole number, which is then the low bits of the sum.
+inline constexpr float kWholeMagic = 8388608.0f;  // 2^23
+inline constexpr std::uint32_t kWholeBits = 0x4b000000u;
+
+/// What the taps of one receiver are compared with. A tap passes where (code + bias) max(1 + change, 1) >= depth; with
+/// `subtracts` where code + bias >= depth + min(change, 0).
+struct TapTest {
+  float depth, bias;                 ///< [codes]
+  float change, change_x, change_y;  ///< at the centre tap; from a texel to the next
+  float x, y;                        ///< the centre texel, whole numbers
+};
+
+/// The receiver's texel along one axis: `at` is its coordinate in [-1, 1].
+struct TexelPlace {
+  float whole, rest;  ///< index; from the receiver to the texel's centre, in texels
+};
+LC_KERNEL TexelPlace texel_place(float at, int size) {
+  const float half = 0.5f * static_cast<float>(size);
+  const float place = at * half + (half - 0.5f);
+  const float whole = (clamp_to(place, 0.0f, static_cast<float>(size - 1)) + kWholeMagic) - kWholeMagic;
+  return {whole, whole - place};
+}
+
+LC_KERNEL TapTest paraboloid_taps(const MapRecord& map, Vec3 local, Vec3 normal, int size) {
+  const float texel = 2.0f / static_cast<float>(size);
+  const float inverse = quick_inverse_root(max_of(dot(local, local), 1e-30f));
+  const float distance = dot(local, local) * inverse, sum = max_of(distance + local.z, 1e-30f);
+  const float scale = quick_reciprocal(sum);
+  const float u = local.x * scale, v = local.y * scale;
+  const float facing = dot(local, normal) * inverse;
+  const float slope = texel * sum * inverse * quick_reciprocal(away_from_zero(facing));
+  const float along = facing + normal.z;
+  const TexelPlace x = texel_place(u, size), y = texel_place(v, size);
+  TapTest test;
+  test.depth = distance * map.steps;
+  test.bias = sum * map.bias_steps + 1;
+  test.change_x = slope * (normal.x - u * along);
+  test.change_y = slope * (normal.y - v * along);
+  test.change = test.change_x * x.rest + test.change_y * y.rest;
+  test.x = x.whole;
+  test.y = y.whole;
+  return test;
+}
+
+LC_KERNEL TapTest orthographic_taps(const MapRecord& map, Vec3 local, Vec3 normal, int size) {
+  const float texel = 2.0f / static_cast<float>(size), scale = 1 / map.half_width;
+  const float slope = -texel * map.half_width * map.steps * quick_reciprocal(away_from_zero(normal.z));
+  const TexelPlace x = texel_place(local.x * scale, size), y = texel_place(local.y * scale, size);
+  TapTest test;
+  test.depth = local.z * map.steps;
+  test.bias = map.bias_steps + 1;
+  test.change_x = slope * normal.x;
+  test.change_y = slope * normal.y;
+  test.change = test.change_x * x.rest + test.change_y * y.rest;
+  test.x = x.whole;
+  test.y = y.whole;
+  return test;
+}
+
+/// A stored code plus a bias. Of 16-bit codes the bias is rounded to a whole one: then the sum costs two operations that
+/// every GPU does at full speed, where a conversion would be four times as slow.
+template <class Depth>
+struct BiasedCode {
+  float shift;
+
+  LC_KERNEL explicit BiasedCode(float bias) {
+    if constexpr (sizeof(Depth) == 2) {
+      shift = (bias + kWholeMagic) - 2 * kWholeMagic;
+    } else {
+      shift = bias;
+    }
+  }
+  LC_KERNEL float operator()(Depth code) const {
+    if constexpr (sizeof(Depth) == 2) {
+      return float_of(kWholeBits | code) + shift;
+    } else {
+      return static_cast<float>(code) + shift;
+    }
+  }
+};
+
+/// 1 where the tap is blocked.
+template <bool Paraboloid>
+LC_KERNEL std::uint32_t tap_blocked(const TapTest& test, float change, float reach) {
+  const float over =
+      Paraboloid ? reach * max_of(1 + change, 1.0f) - test.depth : reach - (test.depth + min_of(change, 0.0f));
+  return bits_of(over) >> 31;
+}
+
+/// Asks the five taps; `Size` 0: as `size` says, which must be a power of two or `Size`.
+template <class Depth, bool Paraboloid, int Size>
+LC_KERNEL float ask_taps(const TapTest& test, int size, const Depth* codes) {
+  const int side = Size > 0 ? Size : size, last = side - 1;
+  const auto x = static_cast<int>(bits_of(test.x + kWholeMagic) - kWholeBits);
+  const auto y = static_cast<int>(bits_of(test.y + kWholeMagic) - kWholeBits);
+  const BiasedCode<Depth> reach(test.bias);
+  const Depth* at = codes + y * side + x;
+  std::uint32_t blocked = tap_blocked<Paraboloid>(test, test.change, reach(at[0]));
+  if (x > 0 && x < last && y > 0 && y < last) {
+    blocked += tap_blocked<Paraboloid>(test, test.change + test.change_x, reach(at[1]));
+    blocked += tap_blocked<Paraboloid>(test, test.change - test.change_x, reach(at[-1]));
+    blocked += tap_blocked<Paraboloid>(test, test.change + test.change_y, reach(at[side]));
+    blocked += tap_blocked<Paraboloid>(test, test.change - test.change_y, reach(at[-side]));
+  } else {
+    // At the border the texel stands for its missing neighbour.
+    const int right = x < last ? 1 : 0, left = x > 0 ? 1 : 0, above = y < last ? 1 : 0, below = y > 0 ? 1 : 0;
+    blocked += tap_blocked<Paraboloid>(test, test.change + static_cast<float>(right) * test.change_x, reach(at[right]));
+    blocked += tap_blocked<Paraboloid>(test, test.change - static_cast<float>(left) * test.change_x, reach(at[-left]));
+    blocked +=
+        tap_blocked<Paraboloid>(test, test.change + static_cast<float>(above) * test.change_y, reach(at[above * side]));
+    blocked += tap_blocked<Paraboloid>(test, test.change - static_cast<float>(below) * test.change_y,
+                                       reach(at[-below * side]));
+  }
+  return (kWholeMagic + 5 - float_of(kWholeBits + blocked)) * (1.0f / kTaps);
+}
+
+}  // namespace detail
+
+/// Where a map sees a receiver.
+LC_FN Vec3 to_map(const MapRecord& map, Vec3 position) {
+  const Vec3 d = position - map.origin;
+  return {dot(d, map.x), dot(d, map.y), dot(d, map.z)};
+}
+
+/// Share of light that arrives at a receiver: five lookups, the results averaged.
+///
+/// @param local   to_map(map, position)
+/// @param ng      its unit geometric normal, world space
+/// @param codes   the map's, row by row, `size` * `size`
+/// The view's kind is a template parameter, as all maps of a kind of light have it; so is the size where it is known.
+template <class Depth, bool Paraboloid, int Size = 0>
+LC_KERNEL float look_up_map(const MapRecord& map, Vec3 local, Vec3 ng, int size, const Depth* codes) {
+  const Vec3 normal{dot(ng, map.x), dot(ng, map.y), dot(ng, map.z)};
+  const int side = Size > 0 ? Size : size;
+  const detail::TapTest test = Paraboloid ? detail::paraboloid_taps(map, local, normal, side)
+                                          : detail::orthographic_taps(map, local, normal, side);
+  return detail::ask_taps<Depth, Paraboloid, Size>(test, side, codes);
+}
+
+/// The maps of some lights. Slots name maps: slot s has records[s] and the codes from s * size^2 on.
+struct MapSetView {
+  const std::uint32_t* vpl_slots = nullptr;    ///< of each light its (first) map, kNone: none yet
+  const std::uint32_t* point_slots = nullptr;  ///< the second hemisphere, if any, is the next slot
+  const std::uint32_t* directional_slots = nullptr;
+  const MapRecord* records = nullptr;
+  const void* codes = nullptr;  ///< 16 or 32 bits each
+  std::int32_t size = 0;        ///< texels a side
+  std::int32_t depth_bits = 16;
+};
+
+/// Share of light that arrives from the light whose map is in `slot`.
+template <bool Paraboloid, int Size = 0>
+LC_KERNEL float look_up_slot(const MapSetView& maps, std::uint32_t slot, const MapRecord& map, Vec3 local, Vec3 ng) {
+  const std::size_t texels = static_cast<std::size_t>(maps.size) * static_cast<std::size_t>(maps.size);
+  if (maps.depth_bits == 16) {
+    return look_up_map<std::uint16_t, Paraboloid, Size>(map, local, ng, maps.size,
+                                                        static_cast<const std::uint16_t*>(maps.codes) + slot * texels);
+  }
+  return look_up_map<std::uint32_t, Paraboloid, Size>(map, local, ng, maps.size,
+                                                      static_cast<const std::uint32_t*>(maps.codes) + slot * texels);
+}
+
+// Shares of one light of each kind; 1 for a light without a map. `position` and `ng` are the receiver's.
+
+LC_KERNEL float vpl_share(const MapSetView& maps, std::uint32_t light, Vec3 position, Vec3 ng) {
+  const std::uint32_t slot = maps.vpl_slots[light];
+  if (slot == kNone) return 1;
+  const MapRecord map = maps.records[slot];
+  return look_up_slot<true>(maps, slot, map, to_map(map, position), ng);
+}
+
+/// @param cos_outer  the spot's: whether there are two maps
+LC_KERNEL float point_share(const MapSetView& maps, std::uint32_t light, float cos_outer, Vec3 position, Vec3 ng) {
+  std::uint32_t slot = maps.point_slots[light];
+  if (slot == kNone) return 1;
+  MapRecord map = maps.records[slot];
+  if (cos_outer < 0 && dot(position - map.origin, map.z) < 0) map = maps.records[++slot];
+  return look_up_slot<true>(maps, slot, map, to_map(map, position), ng);
+}
+
+LC_KERNEL float directional_share(const MapSetView& maps, std::uint32_t light, Vec3 position, Vec3 ng) {
+  const std::uint32_t slot = maps.directional_slots[light];
+  if (slot == kNone) return 1;
+  const MapRecord map = maps.records[slot];
+  return look_up_slot<false>(maps, slot, map, to_map(map, position), ng);
+}
+
+}  // namespace lightcuts

@@ -13,6 +13,7 @@
 #include "lightcuts/error.h"
 #include "lightcuts/io.h"
 #include "progress_bar.h"
+#include "render/memory.h"
 #include "render_request.h"
 #include "stats_json.h"
 #include "text.h"

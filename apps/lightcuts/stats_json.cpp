@@ -1,7 +1,6 @@
 #include "stats_json.h"
 
 #include <fmt/format.h>
-#include <sys/resource.h>
 
 #include <nlohmann/json.hpp>
 #include <string>
@@ -96,12 +95,6 @@ std::string stats_json(const RenderRequest& request, const Statistics& s) {
         {"total", s.time_ms.total}}},
       {"memory_bytes", {{"host_peak", s.memory_bytes.host_peak}, {"device_peak", s.memory_bytes.device_peak}}}};
   return out.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
-}
-
-std::uint64_t peak_memory_bytes() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;  // Linux counts in KiB
 }
 
 }  // namespace lightcuts::app

@@ -1,0 +1,136 @@
+// What the study could not do: error against time, for every method on the same rooms.
+
+#include <fmt/format.h>
+
+#include <optional>
+
+#include "bench_study/references.h"
+#include "bench_study/rooms.h"
+#include "bench_study/scenes.h"
+#include "bench_study/study.h"
+
+namespace lightcuts::app::study {
+namespace {
+
+struct Way {
+  const char* name;
+  Method method;
+  Visibility visibility;
+};
+
+constexpr Way kWays[] = {{"all lights, rays", Method::instant_radiosity, Visibility::rays},
+                         {"cut, rays", Method::lightcuts, Visibility::rays},
+                         {"cut, shadow maps", Method::lightcuts, Visibility::ism}};
+
+/// The methods on one room. Errors are free of the references' noise: see references.h.
+class Race {
+ public:
+  Race(Study& study, const Room& room) : study_(study), room_(room) {}
+
+  void run(Table& table) {
+    for (const Way& way : kWays) {
+      double last_s = 0, last_count = 0;
+      for (const std::uint64_t count : study_.sizes().converge_vpls) {
+        const double expected = last_s * static_cast<double>(count) / std::max(1.0, last_count);
+        if (way.method == Method::instant_radiosity && expected > study_.request().budget_s) break;
+        const Json found = study_.measure_if_built(key(way.name, count), [&] { return measure(way, count); });
+        if (found.is_null()) break;
+        last_s = found["wall_s"];
+        last_count = static_cast<double>(count);
+        add(table, way.name, count, found);
+      }
+    }
+    for (const int samples : study_.sizes().converge_paths) {
+      const Json found =
+          study_.measure(key("path", static_cast<std::uint64_t>(samples)), [&] { return measure_path(samples); });
+      add(table, "path tracer", static_cast<std::uint64_t>(samples), found);
+    }
+  }
+
+ private:
+  [[nodiscard]] int side() const { return study_.sizes().converge_side; }
+  [[nodiscard]] std::string key(const char* way, std::uint64_t n) const {
+    return fmt::format("convergence/{}/{}/{}", room_.name, way, n);
+  }
+  void add(Table& table, const char* way, std::uint64_t n, const Json& found) {
+    table.add({room_.name, way, n, side(), found["wall_s"], found["cpu_s"], found["relmse"], kMeasured});
+  }
+
+  void load() {
+    if (loaded_) return;
+    scene_ = open_room(room_);
+    study_.backend().set_scene(scene_, study_.progress());
+    study_.stop_if_asked();
+    loaded_ = true;
+  }
+  Image shade(const ShadeOptions& options) {
+    Statistics unused;
+    ShadeResult result = study_.backend().shade(select_camera(scene_, ""), side(), side(), options, memory_budget(),
+                                                unused, study_.progress());
+    study_.stop_if_asked();
+    return std::move(result.image);
+  }
+
+  /// Everything that the picture takes, from the light paths on.
+  Json measure(const Way& way, std::uint64_t count) {
+    load();
+    if (!centres_) {
+      centres_ = trace_centres(scene_, select_camera(scene_, ""), side(), half_samples(), study_.progress());
+      study_.stop_if_asked();
+    }
+    VplOptions vpls;
+    vpls.count = count;
+    const Stopwatch watch;
+    study_.backend().trace_vpls(vpls, study_.progress());
+    if (way.method == Method::lightcuts) study_.backend().build_light_tree({}, study_.progress());
+    const Image image = shade(shade_options(way.method, way.visibility));
+    const Time time = watch.elapsed();
+    return {{"wall_s", time.wall_s}, {"cpu_s", time.cpu_s}, {"relmse", relmse_without_noise(image, *centres_)}};
+  }
+
+  Json measure_path(int samples) {
+    load();
+    if (!pixels_) {
+      pixels_.emplace();
+      for (Image* half : {&pixels_->first, &pixels_->second}) {
+        ShadeOptions options = shade_options(Method::path, Visibility::rays);
+        options.samples = static_cast<int>(half_samples());
+        options.seed = half == &pixels_->first ? 101 : 102;
+        *half = shade(options);
+      }
+    }
+    ShadeOptions options = shade_options(Method::path, Visibility::rays);
+    options.samples = samples;
+    const Stopwatch watch;
+    const Image image = shade(options);
+    const Time time = watch.elapsed();
+    return {{"wall_s", time.wall_s}, {"cpu_s", time.cpu_s}, {"relmse", relmse_without_noise(image, *pixels_)}};
+  }
+  [[nodiscard]] std::uint32_t half_samples() const {
+    return static_cast<std::uint32_t>(study_.sizes().converge_samples / 2);
+  }
+
+  Study& study_;
+  Room room_;
+  Scene scene_;
+  bool loaded_ = false;
+  std::optional<Halves> centres_;  ///< what one sample a pixel through its centre should be
+  std::optional<Halves> pixels_;   ///< what the mean over a pixel should be
+};
+
+}  // namespace
+
+void make_convergence(Study& study) {
+  Table table{"convergence",
+              "Error against time: relMSE without the reference's noise; seconds from the light paths on",
+              {"room", "method", "vpls_or_paths", "side", "seconds", "cpu_seconds", "relmse", "source"},
+              {}};
+  const std::vector<Room> rooms = rooms_of(study);
+  for (std::size_t i = 0; i < rooms.size(); ++i) {
+    Race(study, rooms[i]).run(table);
+    study.show_done(static_cast<double>(i + 1) / static_cast<double>(rooms.size()));
+  }
+  study.add(table);
+}
+
+}  // namespace lightcuts::app::study

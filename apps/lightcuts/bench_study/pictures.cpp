@@ -1,0 +1,177 @@
+// Each method's picture, its error against the path tracer, its cut size.
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "bench_study/rooms.h"
+#include "bench_study/scenes.h"
+#include "bench_study/study.h"
+#include "lightcuts/compare.h"
+#include "lightcuts/io.h"
+
+namespace lightcuts::app::study {
+namespace {
+
+struct Way {
+  const char* name;
+  const char* caption;
+  Method method;
+  Visibility visibility;
+};
+
+constexpr Way kWays[] = {{"all-rays", "all lights, rays", Method::instant_radiosity, Visibility::rays},
+                         {"cut-rays", "cut, rays", Method::lightcuts, Visibility::rays},
+                         {"all-ism", "all lights, shadow maps", Method::instant_radiosity, Visibility::ism},
+                         {"cut-ism", "cut, shadow maps", Method::lightcuts, Visibility::ism}};
+
+/// Samples a pixel of the methods without noise: enough for edges.
+constexpr int kSamples = 4;
+/// Where the error pictures' colours end.
+constexpr float kMostError = 0.5f;
+
+/// |a - b| / (b + 2 % of the mean), in luminance.
+std::vector<float> error_map(const Image& image, const Image& reference) {
+  const std::vector<Vec3> a = rgb_pixels(image), b = rgb_pixels(reference);
+  double mean = 0;
+  for (const Vec3& v : b) mean += luminance(v) / static_cast<double>(b.size());
+  std::vector<float> out;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    out.push_back(std::abs(luminance(a[i]) - luminance(b[i])) / (luminance(b[i]) + 0.02f * static_cast<float>(mean)));
+  }
+  return out;
+}
+
+/// The pictures of one room, from one reference.
+class Gallery {
+ public:
+  Gallery(Study& study, const Room& room) : study_(study), room_(room) {}
+
+  void make(Table& table) {
+    const Json path = study_.measure(key("path"), [&] { return measure_path(); });
+    table.add({room_.name, "path", side(), samples(), path["wall_s"], path["cpu_s"], nullptr, nullptr, nullptr, nullptr,
+               kMeasured});
+    show("path", "path tracer, the reference");
+    for (const Way& way : kWays) {
+      const Json found = study_.measure_if_built(key(way.name), [&] { return measure(way); });
+      if (found.is_null()) continue;
+      table.add({room_.name, way.caption, side(), kSamples, found["wall_s"], found["cpu_s"], found["relmse"],
+                 found["flip"], found["signed_error_percent"], found["cut"], kMeasured});
+      show(way.name, way.caption);
+      show(std::string(way.name) + "-error",
+           fmt::format("{}: error, yellow {:.0f} % and more", way.caption, 100 * kMostError));
+      if (way.method == Method::lightcuts) {
+        show(std::string(way.name) + "-size",
+             fmt::format("{}: cut size, yellow {}", way.caption, found["largest"].get<std::uint64_t>()));
+      }
+    }
+  }
+
+ private:
+  [[nodiscard]] int side() const { return study_.sizes().picture_side; }
+  [[nodiscard]] int samples() const { return study_.sizes().picture_samples; }
+  [[nodiscard]] std::string key(const std::string& what) const {
+    return fmt::format("pictures/{}/{}", room_.name, what);
+  }
+  [[nodiscard]] std::string file(const std::string& what) const {
+    return fmt::format("pictures/{}-{}.png", room_.name, what);
+  }
+  void show(const std::string& what, const std::string& caption) {
+    if (!study_.folder().empty()) study_.add(Picture{room_.name + "-" + what, file(what), caption});
+  }
+  void save(const std::string& what, const DisplayImage& image) {
+    if (!study_.folder().empty()) save_png(study_.folder() / file(what), image);
+  }
+
+  /// Scene and lights are loaded when the first picture of the room is not there yet.
+  void load() {
+    if (loaded_) return;
+    scene_ = open_room(room_);
+    study_.backend().set_scene(scene_, study_.progress());
+    study_.stop_if_asked();
+    loaded_ = true;
+  }
+  void light() {
+    load();
+    if (lit_) return;
+    VplOptions options;
+    options.count = study_.sizes().picture_vpls;
+    study_.backend().trace_vpls(options, study_.progress());
+    study_.stop_if_asked();
+    lit_ = true;
+  }
+  Image shade(const ShadeOptions& options, Statistics& statistics) {
+    ShadeResult result = study_.backend().shade(select_camera(scene_, ""), side(), side(), options, memory_budget(),
+                                                statistics, study_.progress());
+    study_.stop_if_asked();
+    return std::move(result.image);
+  }
+
+  Json measure_path() {
+    load();
+    Statistics statistics;
+    const Stopwatch watch;
+    trace(statistics);
+    const Time time = watch.elapsed();
+    const float exposure = auto_exposure(*reference_);
+    save("path", tone_map(*reference_, exposure));
+    return {{"wall_s", time.wall_s}, {"cpu_s", time.cpu_s}};
+  }
+  void trace(Statistics& statistics) {
+    ShadeOptions options = shade_options(Method::path, Visibility::rays);
+    options.samples = samples();
+    reference_ = shade(options, statistics);
+  }
+
+  Json measure(const Way& way) {
+    light();
+    Statistics statistics;
+    if (!reference_) trace(statistics);  // continued: the picture is there, its floats are not
+    statistics = {};
+    ShadeOptions options = shade_options(way.method, way.visibility);
+    options.samples = kSamples;
+    const Stopwatch watch;
+    if (way.method == Method::lightcuts) study_.backend().build_light_tree({}, study_.progress());
+    const Image image = shade(options, statistics);
+    const Time time = watch.elapsed();
+    const Comparison c = compare(image, *reference_);
+    save(way.name, tone_map(image, c.exposure_ev));
+    save(std::string(way.name) + "-error",
+         false_colour(side(), side(), error_map(image, *reference_), 0, kMostError).picture);
+    if (find_channel(image, "cut.size") != nullptr) {
+      save(std::string(way.name) + "-size", false_colour(image, "cut.size").picture);
+    }
+    return {{"wall_s", time.wall_s},
+            {"cpu_s", time.cpu_s},
+            {"relmse", c.relmse},
+            {"flip", c.flip},
+            {"signed_error_percent", 100 * c.signed_relative_error},
+            {"cut", way.method == Method::lightcuts ? Json(statistics.cut.mean) : Json(nullptr)},
+            {"largest", statistics.cut.max}};
+  }
+
+  Study& study_;
+  Room room_;
+  Scene scene_;
+  bool loaded_ = false, lit_ = false;
+  std::optional<Image> reference_;
+};
+
+}  // namespace
+
+void make_pictures(Study& study) {
+  Table table{"pictures",
+              fmt::format("Pictures. {} VPLs, {} samples a pixel, against the path tracer", study.sizes().picture_vpls,
+                          kSamples),
+              {"room", "method", "side", "samples", "seconds", "cpu_seconds", "relmse", "flip", "signed_error_percent",
+               "mean_cut", "source"},
+              {}};
+  const std::vector<Room> rooms = rooms_of(study);
+  for (std::size_t i = 0; i < rooms.size(); ++i) {
+    Gallery(study, rooms[i]).make(table);
+    study.show_done(static_cast<double>(i + 1) / static_cast<double>(rooms.size()));
+  }
+  study.add(table);
+}
+
+}  // namespace lightcuts::app::study

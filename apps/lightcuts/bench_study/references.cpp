@@ -1,0 +1,52 @@
+#include "bench_study/references.h"
+
+#include <tbb/parallel_for.h>
+
+#include "cpu/cpu_scene.h"
+#include "cpu/path_tracer.h"
+
+namespace lightcuts::app::study {
+
+Halves trace_centres(const Scene& scene, const Camera& camera, int side, std::uint32_t samples,
+                     const ProgressFn& progress) {
+  const CpuScene arrays(scene);
+  const RayTracer tracer(arrays.view());
+  const EmitterTable emitters(arrays);
+  const PathTracer paths(arrays, emitters, tracer, kUnlimitedBounces, 7);
+  const CameraView view = make_camera_view(camera, side, side);
+  Halves halves{make_rgb_image(side, side), make_rgb_image(side, side)};
+  tbb::parallel_for(0, side * side, [&](int i) {
+    if (progress && !progress("reference", 0)) return;
+    const Ray ray = camera_ray(view, static_cast<float>(i % side) + 0.5f, static_cast<float>(i / side) + 0.5f);
+    for (std::uint32_t half = 0; half < 2; ++half) {
+      Vec3T<double> sum;
+      for (std::uint32_t s = 0; s < samples; ++s) {
+        const Vec3 radiance = paths.radiance_along(ray, (static_cast<std::uint32_t>(i) * 2 + half) * samples + s);
+        sum += Vec3T<double>{radiance.x, radiance.y, radiance.z};
+      }
+      Image& image = half == 0 ? halves.first : halves.second;
+      const double values[3] = {sum.x, sum.y, sum.z};
+      for (std::size_t c = 0; c < 3; ++c) {
+        image.channels[c].values[static_cast<std::size_t>(i)] = static_cast<float>(values[c] / samples);
+      }
+    }
+  });
+  return halves;
+}
+
+double relmse_without_noise(const Image& image, const Halves& reference) {
+  const std::vector<Vec3> a = rgb_pixels(image), b = rgb_pixels(reference.first), c = rgb_pixels(reference.second);
+  double mean = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) mean += (luminance(b[i]) + luminance(c[i])) / 2;
+  mean /= static_cast<double>(a.size());
+  double sum = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    for (const auto k : {&Vec3::x, &Vec3::y, &Vec3::z}) {
+      const double v = a[i].*k, truth = (static_cast<double>(b[i].*k) + c[i].*k) / 2;
+      sum += (v - b[i].*k) * (v - c[i].*k) / (truth * truth + 0.01 * mean * mean) / 3;
+    }
+  }
+  return sum / static_cast<double>(a.size());
+}
+
+}  // namespace lightcuts::app::study

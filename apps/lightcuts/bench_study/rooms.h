@@ -1,0 +1,29 @@
+#pragma once
+
+#include <cstdint>
+
+#include "backend/backend.h"
+#include "lightcuts/render.h"
+
+namespace lightcuts::app::study {
+
+/// The room that stands for the study's, whose own was not published.
+const Scene& study_room();
+
+/// The study's layout: n lights on the lamp, each of which makes n more by one bounce: n + n^2.
+VplOptions study_lights(std::uint64_t n, std::uint64_t seed = 1);
+inline std::uint64_t light_count(std::uint64_t n) { return n + n * n; }
+
+/// Largest cut of the study's tables.
+inline constexpr std::uint32_t kStudyMaxCut = 1000;
+
+/// A picture's options by method and visibility, the rest being the defaults.
+ShadeOptions shade_options(Method method, Visibility visibility);
+
+/// Memory that shading may take [bytes].
+std::uint64_t memory_budget();
+
+/// Mean of |a - b| / b of luminance, as `lightcuts compare` has it.
+double mean_error(const Image& image, const Image& reference);
+
+}  // namespace lightcuts::app::study

@@ -1,0 +1,177 @@
+// Table 5 and figure 4: Instant Radiosity and cuts over the number of lights, and where they cross.
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <optional>
+
+#include "bench_study/published.h"
+#include "bench_study/rooms.h"
+#include "bench_study/series.h"
+#include "bench_study/study.h"
+
+namespace lightcuts::app::study {
+namespace {
+
+/// One curve: a method, a visibility and a walk.
+struct Curve {
+  const char* method;
+  const char* visibility;
+  ShadeOptions options;
+};
+
+std::vector<Curve> curves() {
+  const auto cut = [](Visibility visibility, CutWalk walk, std::uint32_t max_cut) {
+    ShadeOptions options = shade_options(Method::lightcuts, visibility);
+    options.cut = walk;
+    options.max_cut = max_cut;
+    return options;
+  };
+  const auto sum = [](Visibility visibility) { return shade_options(Method::instant_radiosity, visibility); };
+  return {{"all lights", "ism", sum(Visibility::ism)},
+          {"cut by heap", "ism", cut(Visibility::ism, CutWalk::heap, kStudyMaxCut)},
+          {"cut by packet", "ism", cut(Visibility::ism, CutWalk::packet, 0)},
+          {"all lights", "rays", sum(Visibility::rays)},
+          {"cut by packet", "rays", cut(Visibility::rays, CutWalk::packet, 0)},
+          {"all lights", "none", sum(Visibility::none)},
+          {"cut by packet", "none", cut(Visibility::none, CutWalk::packet, 0)}};
+}
+
+/// Makes lights and trees only where they are not those of the last measurement.
+class Lit {
+ public:
+  explicit Lit(Study& study) : study_(study) {}
+
+  void set(std::uint64_t n) {
+    if (n == n_) return;
+    Backend& backend = study_.backend();
+    if (n_ == 0) backend.set_scene(study_room(), study_.progress());
+    n_ = 0;
+    backend.trace_vpls(study_lights(n), study_.progress());
+    study_.stop_if_asked();
+    backend.build_light_tree({}, study_.progress());
+    study_.stop_if_asked();
+    n_ = n;
+  }
+
+  Image shade(int side, const ShadeOptions& options, Statistics& statistics) {
+    ShadeResult result = study_.backend().shade(study_room().cameras[0], side, side, options, memory_budget(),
+                                                statistics, study_.progress());
+    study_.stop_if_asked();
+    return std::move(result.image);
+  }
+
+ private:
+  Study& study_;
+  std::uint64_t n_ = 0;
+};
+
+/// Error of a cut against the sum over the same lights, where a small picture of that sum is affordable.
+std::optional<double> error_of(Lit& lit, std::uint64_t n, const ShadeOptions& options) {
+  if (options.method != Method::lightcuts || light_count(n) > 20000) return std::nullopt;
+  const int side = light_count(n) > 3000 ? 16 : 32;
+  Statistics unused;
+  const Image reference = lit.shade(side, shade_options(Method::instant_radiosity, options.visibility), unused);
+  return mean_error(lit.shade(side, options, unused), reference);
+}
+
+Json measure_frame(Study& study, Lit& lit, std::uint64_t n, const Curve& curve) {
+  lit.set(n);
+  const std::optional<double> error = error_of(lit, n, curve.options);
+  Statistics statistics;
+  Json found = time_repeatedly(study.sizes().repeats, study.request().budget_s / 4, [&] {
+    statistics = {};
+    lit.shade(study.sizes().frame_side, curve.options, statistics);
+  });
+  found["maps_s"] = statistics.time_ms.shadow_maps / 1000;
+  found["maps"] = statistics.shadow_maps.count;
+  found["cut"] = curve.options.method == Method::lightcuts ? Json(statistics.cut.mean) : Json(nullptr);
+  found["at_limit"] = statistics.cut.at_limit;
+  found["pairs"] = statistics.pairs;
+  found["rays"] = statistics.rays;
+  found["error"] = error ? Json(*error) : Json(nullptr);
+  return found;
+}
+
+void add_published(Table& table) {
+  for (const PublishedFrame& p : published_frames()) {
+    const auto add = [&](const char* method, double seconds) {
+      table.add({p.lights, 1000, method, "ism", seconds, nullptr, nullptr, nullptr, nullptr, nullptr, nullptr, nullptr,
+                 kPublished});
+    };
+    add("all lights, 4096 threads", p.radiosity_4096);
+    add("all lights, 32768 threads", p.radiosity_32768);
+    add("cut by heap, 4096 threads", p.lightcuts_4096);
+    add("cut by heap, 32768 threads", p.lightcuts_32768);
+  }
+}
+
+constexpr double kMostError = 0.05;
+
+void check_error(Study& study, const Curve& curve, std::uint64_t n, const Json& found) {
+  if (found["error"].is_null()) return;
+  const double error = found["error"];
+  study.check(
+      fmt::format("{} of {} lights, {}: error against all lights", curve.method, light_count(n), curve.visibility),
+      error <= kMostError, fmt::format("{:.2f} % (at most {:.0f} %)", 100 * error, 100 * kMostError));
+}
+
+}  // namespace
+
+void make_table_5(Study& study) {
+  const int side = study.sizes().frame_side;
+  Table table{"table-5",
+              "Table 5 and figure 4. Shading a picture: seconds, shadow maps included",
+              {"lights", "side", "method", "visibility", "seconds", "low", "high", "cpu_seconds", "repeats",
+               "maps_seconds", "mean_cut", "error_percent", "source"},
+              {}};
+  add_published(table);
+  const std::vector<Curve> all = curves();
+  const std::vector<std::uint64_t>& sizes = study.sizes().frame_lights;
+  std::vector<Series> series(all.size());
+  Lit lit(study);
+  for (std::size_t i = 0; i < sizes.size(); ++i) {
+    const std::uint64_t n = sizes[i];
+    const auto lights = static_cast<double>(light_count(n));
+    for (std::size_t c = 0; c < all.size(); ++c) {
+      const Curve& curve = all[c];
+      const double expected = series[c].expected(lights);
+      Json found;
+      if (expected <= study.request().budget_s) {
+        found = study.measure_if_built(fmt::format("table-5/{}/{}/{}", curve.method, curve.visibility, light_count(n)),
+                                       [&] { return measure_frame(study, lit, n, curve); });
+      }
+      if (found.is_null()) {
+        study.note(fmt::format("{}, {}, {} lights: left out{}", curve.method, curve.visibility, light_count(n),
+                               std::isfinite(expected) && expected > study.request().budget_s
+                                   ? fmt::format(", for it would take about {:.0f} s", expected)
+                                   : ""));
+        continue;
+      }
+      check_error(study, curve, n, found);
+      series[c].add(lights, found["wall_s"]);
+      table.add({light_count(n), side, curve.method, curve.visibility, found["wall_s"], found["low_s"], found["high_s"],
+                 found["cpu_s"], found["repeats"], found["maps_s"], found["cut"],
+                 found["error"].is_null() ? Json(nullptr) : Json(100 * found["error"].get<double>()), kMeasured});
+      study.show_done((static_cast<double>(i) + static_cast<double>(c + 1) / static_cast<double>(all.size())) /
+                      static_cast<double>(sizes.size()));
+    }
+  }
+  Json crossings = Json::array();
+  for (std::size_t c = 0; c < all.size(); ++c) {
+    if (all[c].options.method != Method::lightcuts) continue;
+    for (std::size_t b = 0; b < all.size(); ++b) {
+      if (all[b].options.method == Method::lightcuts || all[b].options.visibility != all[c].options.visibility)
+        continue;
+      const std::optional<double> at = crossing(series[b], series[c]);
+      crossings.push_back({{"slow", all[b].method},
+                           {"fast", all[c].method},
+                           {"visibility", all[c].visibility},
+                           {"lights", at ? Json(*at) : Json(nullptr)}});
+    }
+  }
+  study.set("crossings", crossings);
+  study.add(table);
+}
+
+}  // namespace lightcuts::app::study

@@ -4,9 +4,10 @@
 #include <fmt/format.h>
 #include <tbb/global_control.h>
 
-#include <chrono>
+#include <algorithm>
 #include <cstdio>
 #include <cstring>
+#include <ctime>
 #include <memory>
 
 #include "cpu/simd/isa.h"
@@ -17,9 +18,12 @@
 namespace lightcuts {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+/// Processor time of this thread [s]: other programs on the machine do not count.
+double thread_seconds() {
+  timespec t{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
 
 /// A scene with lights to make maps of.
 struct Bench {
@@ -89,23 +93,27 @@ void speed(const Bench& bench) {
   for (int i = 0; i < 20000; ++i) rays.push_back(shadow_ray(sampler.draw().position, sampler.draw().position));
   const SurfacePoints points(bench.cpu_scene->view(), {8000});
   ShadowMapSet maps(ism_kernels(selected_isa()), points, bench.lights, {});
-  const LightIds ids = every_light(bench.lights, 0, 40);
-  double ray = 1e9, map = 1e9;
+  const LightIds ids = every_light(bench.lights, 0, 80);
+  constexpr int rounds = 40;
+  std::vector<double> ray, map, ratio;
   std::size_t hidden = 0;
-  for (int round = 0; round < 12; ++round) {
-    Clock::time_point start = Clock::now();
+  for (int round = 0; round < rounds; ++round) {
+    double start = thread_seconds();
     for (const Ray& r : rays) hidden += bench.tracer->occluded(r) ? 1 : 0;
-    ray = std::min(ray, seconds_since(start) / static_cast<double>(rays.size()));
+    ray.push_back((thread_seconds() - start) / static_cast<double>(rays.size()));
     maps.clear();
-    start = Clock::now();
+    start = thread_seconds();
     maps.add(ids);
-    map = std::min(map, seconds_since(start) / static_cast<double>(maps.map_count()));
+    map.push_back((thread_seconds() - start) / static_cast<double>(maps.map_count()));
+    ratio.push_back(map.back() / ray.back());
   }
+  for (auto* v : {&ray, &map, &ratio}) std::sort(v->begin(), v->end());
   fmt::print(
       "{}: a map of 64x64 texels and 8000 points takes {:.3f} ms, an incoherent shadow ray {:.3f} us ({:.0f} % "
-      "hidden): a map costs {:.0f} rays\n",
-      bench.name, map * 1e3, ray * 1e6, 100.0 * static_cast<double>(hidden) / (12.0 * static_cast<double>(rays.size())),
-      map / ray);
+      "hidden), medians of {} rounds: a map costs {:.0f} rays (quartiles {:.0f} and {:.0f}; best times {:.0f})\n",
+      bench.name, map[rounds / 2] * 1e3, ray[rounds / 2] * 1e6,
+      100.0 * static_cast<double>(hidden) / (rounds * static_cast<double>(rays.size())), rounds, ratio[rounds / 2],
+      ratio[rounds / 4], ratio[3 * rounds / 4], map[0] / ray[0]);
 }
 
 }  // namespace

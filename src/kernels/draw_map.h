@@ -50,6 +50,7 @@ LC_FN bool noise_chooses(std::uint32_t point, std::uint32_t stream, double share
 
 /// A point's disc as a map sees it.
 struct ProjectedDisc {
+  MapDisc<float> disc;       ///< paraboloid
   Vec3 local, normal;        ///< in the view's coordinates
   float plane;               ///< offset of the disc's plane along its normal [m]
   TexelRange columns, rows;  ///< what it may cover
@@ -67,7 +68,7 @@ LC_KERNEL bool map_sees(const MapView& view, Vec3 local, float largest) {
   // Where texels beyond the rim are drawn (point lights), discs of points beyond it serve them.
   if (view.rim_sq > 1) return local.z > -largest;
   // Discs reach a little higher than their points; a point below the horizon is left out as a whole.
-  return local.z > kLeastCosine * square_root(dot(local, local));
+  return local.z > 0 && local.z * local.z > kLeastCosine * kLeastCosine * dot(local, local);
 }
 
 /// The disc of a point that the map sees.
@@ -78,11 +79,21 @@ LC_KERNEL ProjectedDisc project_disc(const MapView& view, Vec3 local, Vec3 norma
   disc.local = local;
   disc.normal = to_local_vector(view.frame, normal);
   disc.plane = dot(local, disc.normal);
-  const Footprint<float> print =
-      Paraboloid ? paraboloid_footprint(local, radius) : orthographic_footprint(local, radius, view.half_width);
-  const float half = 0.5f * static_cast<float>(size);
-  disc.columns = texel_range((print.u + 1.0f) * half, print.radius * half, size);
-  disc.rows = texel_range((print.v + 1.0f) * half, print.radius * half, size);
+  const float half = 0.5f * static_cast<float>(size), distance_sq = dot(local, local);
+  if (Paraboloid && distance_sq > (radius / kSmallDisc) * (radius / kSmallDisc) && local.z > 0) {
+    const MapBox<float> box = paraboloid_box(local, disc.normal, square_root(distance_sq), radius);
+    disc.columns = texel_range((box.u + 1.0f) * half, box.half_u * half, size);
+    disc.rows = texel_range((box.v + 1.0f) * half, box.half_v * half, size);
+  } else {
+    const Footprint<float> print =
+        Paraboloid ? paraboloid_footprint(local, radius) : orthographic_footprint(local, radius, view.half_width);
+    disc.columns = texel_range((print.u + 1.0f) * half, print.radius * half, size);
+    disc.rows = texel_range((print.v + 1.0f) * half, print.radius * half, size);
+  }
+  if constexpr (Paraboloid) {
+    disc.disc = map_disc(local, disc.normal, disc.plane, radius * radius);
+    if (!(disc.plane * disc.plane > kLeastPlane * kLeastPlane * distance_sq)) disc.rows = {0, -1};
+  }
   return disc;
 }
 
@@ -93,16 +104,25 @@ LC_KERNEL float disc_depth(const MapView& view, const ProjectedDisc& disc, float
                            float u, float v) {
   if constexpr (Paraboloid) {
     if (!(u * u + v * v < view.rim_sq)) return kInfinity;
-  }
-  const PlaneHit<float> hit = Paraboloid ? meet_plane_paraboloid(u, v, disc.normal, disc.plane)
-                                         : meet_plane_orthographic(u, v, disc.normal, disc.plane, view.half_width);
-  if (!(hit.depth > 0) || !(length_sq(hit.position - disc.local) < radius_sq)) return kInfinity;
-  if (edges != nullptr) {
-    for (int e = 0; e < kDiscEdges; ++e) {
-      if (!(dot(edges->inward[e], hit.position) > edges->offset[e])) return kInfinity;
+    const TexelRay<float> w = texel_ray(u, u * u, v, v * v);
+    const DiscTest<float> test = test_disc(disc.disc, w);
+    if (!(test.nearness > 0) || !(test.outside < 0)) return kInfinity;
+    if (edges != nullptr) {
+      for (int e = 0; e < kDiscEdges; ++e) {
+        if (!(along(w, edges->inward[e]) > edges->offset[e] * test.nearness)) return kInfinity;
+      }
     }
+    return depth_of_nearness(test.nearness, w.length);
+  } else {
+    const Vec3 hit = meet_plane_orthographic(u, v, disc.normal, disc.plane, view.half_width);
+    if (!(hit.z > 0) || !(length_sq(hit - disc.local) < radius_sq)) return kInfinity;
+    if (edges != nullptr) {
+      for (int e = 0; e < kDiscEdges; ++e) {
+        if (!(dot(edges->inward[e], hit) > edges->offset[e])) return kInfinity;
+      }
+    }
+    return hit.z;
   }
-  return hit.depth;
 }
 
 }  // namespace lightcuts

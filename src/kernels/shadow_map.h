@@ -158,28 +158,104 @@ LC_FN Footprint<T> orthographic_footprint(Vec3T<T> local, float radius, float ha
   return {local.x * scale, local.y * scale, T(radius) * scale};
 }
 
-/// Where the ray through a map's place meets the plane of a surface point: `plane` is the plane's offset along its
-/// normal. `position` is a place of the plane behind the light or not a number where the ray does not meet it.
+/// A box on the map that holds what a disc covers, as its middle and half its sides.
 template <class T>
-struct PlaneHit {
-  Vec3T<T> position;
-  T depth;
+struct MapBox {
+  T u, v, half_u, half_v;
 };
 
+/// Discs larger than this share of their distance have the footprint of their sphere, smaller ones a box of their own.
+inline constexpr float kSmallDisc = 0.25f;
+
+/// Smaller than the sphere's footprint where the disc is seen at a slant. For discs above the horizon whose radius is at most
+/// kSmallDisc of their distance.
+///
+/// To first order the disc reaches radius * |part of the gradient of u or v in its plane|. The rest is less than 1.25 times
+/// the squared angle r / (d - r), which bounds half the second derivative over the disc.
 template <class T>
-LC_FN PlaneHit<T> meet_plane_paraboloid(T u, T v, Vec3T<T> normal, T plane) {
-  // Along w' = (2u, 2v, 1 - rho^2), of length 1 + rho^2.
-  const T rho_sq = u * u + v * v;
-  const Vec3T<T> w{u + u, v + v, T(1.0f) - rho_sq};
-  const T t = plane / dot(w, normal);
-  return {w * t, t * (T(1.0f) + rho_sq)};
+LC_FN MapBox<T> paraboloid_box(Vec3T<T> local, Vec3T<T> normal, T distance, T radius) {
+  const T one(1.0f);
+  const T inverse = reciprocal(max_of(distance, T(1e-30f)));
+  const T scale = reciprocal(max_of(distance + local.z, T(1e-30f)));
+  const T u = local.x * scale, v = local.y * scale;
+  const T x = local.x * inverse, y = local.y * inverse, z = local.z * inverse + one;
+  const Vec3T<T> along_u{one - u * x, -(u * y), -(u * z)}, along_v{-(v * x), one - v * y, -(v * z)};
+  const T across_u = dot(along_u, normal), across_v = dot(along_v, normal);
+  const T share = radius * inverse, angle = share * (one + T(1 / (1 - kSmallDisc)) * share);
+  const T bend = T(1.25f) * angle * angle, reach = radius * scale;
+  return {u, v, reach * square_root(max_of(dot(along_u, along_u) - across_u * across_u, T(0.0f))) + bend,
+          reach * square_root(max_of(dot(along_v, along_v) - across_v * across_v, T(0.0f))) + bend};
 }
 
+/// The ray through a place of a paraboloid map, not of unit length: its direction is (2u, 2v, 1 - rho^2) and its length
+/// 1 + rho^2.
 template <class T>
-LC_FN PlaneHit<T> meet_plane_orthographic(T u, T v, Vec3T<T> normal, T plane, float half_width) {
-  const T x = u * T(half_width), y = v * T(half_width);
-  const T depth = (plane - x * normal.x - y * normal.y) / normal.z;
-  return {{x, y, depth}, depth};
+struct TexelRay {
+  T x, y, z, length;
+};
+
+/// @param u_sq, v_sq  squares of u and v, which whole columns and rows of texels share
+template <class T>
+LC_FN TexelRay<T> texel_ray(T u, T u_sq, T v, T v_sq) {
+  return {u + u, v + v, (T(1.0f) - u_sq) - v_sq, (T(1.0f) + u_sq) + v_sq};
+}
+template <class T>
+LC_FN T along(const TexelRay<T>& w, const Vec3T<T>& direction) {
+  return (w.x * direction.x + w.y * direction.y) + w.z * direction.z;
+}
+
+/// A disc as the texels of a paraboloid map test it, in the view's coordinates.
+///
+/// A ray w meets its plane at w / s, s = dot(w, normal), and the disc where |w / s - centre| < radius, that is where
+/// |w|^2 + s (slack s - dot(w, twice_centre)) < 0: no division a texel. s > 0 grows as the meeting point comes nearer,
+/// and means the same for all discs at a texel, so the largest one wins: the map is drawn in s, the "nearness".
+template <class T>
+struct MapDisc {
+  Vec3T<T> normal;        ///< divided by its dot product with the centre [1/m]
+  Vec3T<T> twice_centre;  ///< [m]
+  T slack;                ///< squared distance of the centre minus squared radius [m^2]
+};
+
+/// Planes that pass the light at less than this share of the disc's distance are seen edge-on: nothing of them is drawn.
+inline constexpr float kLeastPlane = 1e-5f;
+
+/// @param plane  dot(local, normal), not near 0
+template <class T>
+LC_FN MapDisc<T> map_disc(Vec3T<T> local, Vec3T<T> normal, T plane, T radius_sq) {
+  return {normal * reciprocal(plane), local + local, dot(local, local) - radius_sq};
+}
+
+/// Whether a texel's ray meets the disc, and its nearness there (below 0: behind the light), as `inside ? s : ...`.
+template <class T>
+struct DiscTest {
+  T nearness;
+  T outside;  ///< below 0 inside the disc
+};
+template <class T>
+LC_FN DiscTest<T> test_disc(const MapDisc<T>& disc, const TexelRay<T>& w) {
+  const T s = along(w, disc.normal);
+  return {s, w.length * w.length + s * (disc.slack * s - along(w, disc.twice_centre))};
+}
+
+/// An edge that cuts a disc, as a texel's ray tests it: the meeting point is on the disc's side where along(w, it) > 0.
+/// @param inward  the edge's inward direction in the view's coordinates, `offset` its offset in them
+template <class T>
+LC_FN Vec3T<T> map_edge(const MapDisc<T>& disc, Vec3T<T> inward, T offset) {
+  return inward - disc.normal * offset;
+}
+
+/// The depth at a texel of a paraboloid map whose nearness is not 0 [m].
+template <class T>
+LC_FN T depth_of_nearness(T nearness, T ray_length) {
+  return ray_length / nearness;
+}
+
+/// Where the ray through an orthographic map's place meets the plane of a surface point: `plane` is the plane's offset
+/// along its normal. Not a number where it does not. An orthographic map's nearness is far minus depth.
+template <class T>
+LC_FN Vec3T<T> meet_plane_orthographic(T u, T v, Vec3T<T> normal, T plane, T half_width) {
+  const T x = u * half_width, y = v * half_width;
+  return {x, y, (plane - x * normal.x - y * normal.y) / normal.z};
 }
 
 /// The half-planes of a shape, in a view's coordinates.

@@ -77,6 +77,25 @@ INSTANTIATE_TEST_SUITE_P(Isa, IsmKernelsTest, testing::ValuesIn(available_isas()
 
 constexpr float kInfinite = std::numeric_limits<float>::infinity();
 
+/// Room to draw a map in.
+struct Canvas {
+  int size;
+  std::unique_ptr<float[], void (*)(float*)> nearness;
+
+  explicit Canvas(int s)
+      : size(s), nearness(new (std::align_val_t{64}) float[floats()](), [](float* f) {
+          ::operator delete[](f, std::align_val_t{64});
+        }) {}
+  [[nodiscard]] std::size_t floats() const { return nearness_floats(size); }
+  /// Depth at a texel [m], infinite where nothing was drawn or beyond the rim.
+  [[nodiscard]] float depth(const MapView& view, int x, int y) const {
+    const float u = texel_centre(x, size), v = texel_centre(y, size), rho_sq = u * u + v * v;
+    const float n = nearness[static_cast<std::size_t>(y) * nearness_stride(size) + static_cast<std::size_t>(x)];
+    if (!(n > 0) || rho_sq >= view.rim_sq) return kInfinite;
+    return view.half_width == 0 ? depth_of_nearness(n, 1 + rho_sq) : view.far - n;
+  }
+};
+
 /// Points on some planes, with room behind them.
 struct TestPoints {
   std::vector<float> values[6];
@@ -114,8 +133,8 @@ TEST_P(IsmKernelsTest, ADiscsTexelsHoldItsPlane) {
         TestPoints points(0.8f);
         points.shapes.push_back(half);
         points.add(at, normal, cut ? 2 : 0);
-        std::vector<float> depths(static_cast<std::size_t>(size * size) + 16, kInfinite);
-        kernels.draw(points.arrays(), 0, 1, view, size, depths.data());
+        const Canvas canvas(size);
+        kernels.draw(points.arrays(), 0, 1, view, size, canvas.nearness.get());
 
         int drawn = 0;
         for (int y = 0; y < size; ++y) {
@@ -134,7 +153,7 @@ TEST_P(IsmKernelsTest, ADiscsTexelsHoldItsPlane) {
             const bool border = std::abs(reach - 0.8) < 1e-4 || (cut && std::abs(side) < 1e-4);
             if (border) continue;
             const bool inside = t > 0 && reach < 0.8 && (!paraboloid || r < 1) && (!cut || side > 0);
-            const float stored = depths[static_cast<std::size_t>(y * size + x)];
+            const float stored = canvas.depth(view, x, y);
             if (inside) {
               ASSERT_NEAR(stored, t, 1e-4) << x << ", " << y;
               ++drawn;
@@ -149,6 +168,27 @@ TEST_P(IsmKernelsTest, ADiscsTexelsHoldItsPlane) {
   }
 }
 
+TEST(ShadowMapFormulas, TheBoxHoldsTheDiscHoweverItIsTurned) {
+  Dice dice(8);
+  int checked = 0;
+  for (int i = 0; i < 3000; ++i) {
+    const Vec3 centre = dice.direction() * dice.between(0.5f, 3), normal = dice.direction();
+    const float radius = dice.between(0.01f, kSmallDisc) * length(centre);
+    if (centre.z <= 0) continue;
+    const MapBox<float> box = paraboloid_box(centre, normal, length(centre), radius);
+    const Frame frame = make_frame(normal);
+    for (int k = 0; k < 64; ++k) {
+      const float angle = static_cast<float>(k) * kPi / 32;
+      const MapPoint<float> p =
+          project_paraboloid(centre + (frame.x * std::cos(angle) + frame.y * std::sin(angle)) * radius);
+      ASSERT_LE(std::abs(p.u - box.u), box.half_u + 1e-5f);
+      ASSERT_LE(std::abs(p.v - box.v), box.half_v + 1e-5f);
+      ++checked;
+    }
+  }
+  EXPECT_GT(checked, 50'000);
+}
+
 TEST_P(IsmKernelsTest, EverySplatIsDrawnWhateverItsPlaceInTheArrays) {
   Dice dice(3);
   const Box bounds{{-3, -3, -3}, {3, 3, 3}};
@@ -157,10 +197,10 @@ TEST_P(IsmKernelsTest, EverySplatIsDrawnWhateverItsPlaceInTheArrays) {
   for (int i = 0; i < 61; ++i) points.add(dice.in_box(2), dice.direction());
   const PointArrays arrays = points.arrays();
   for (const std::size_t first : {0u, 5u, 16u}) {
-    std::vector<float> together(32 * 32 + 16, kInfinite), single = together;
-    kernels.draw(arrays, first, 43, view, 32, together.data());
-    for (std::size_t i = first; i < first + 43; ++i) kernels.draw(arrays, i, 1, view, 32, single.data());
-    EXPECT_EQ(together, single);
+    const Canvas together(32), single(32);
+    kernels.draw(arrays, first, 43, view, 32, together.nearness.get());
+    for (std::size_t i = first; i < first + 43; ++i) kernels.draw(arrays, i, 1, view, 32, single.nearness.get());
+    for (std::size_t i = 0; i < 32 * nearness_stride(32); ++i) ASSERT_EQ(together.nearness[i], single.nearness[i]) << i;
   }
 }
 
@@ -209,10 +249,10 @@ TEST_P(IsmKernelsTest, ALitPlaneAgreesWithItselfAtAnySlope) {
       const MapView view = paraboloid_view({0, 0, 0}, {0, 0, 1}, bounds);
       TestPoints points(30);
       points.add(normal * -2.0f, normal);
-      std::vector<float> depths(static_cast<std::size_t>(size * size) + 16, kInfinite);
-      kernels.draw(points.arrays(), 0, 1, view, size, depths.data());
-      std::vector<std::uint16_t> codes(depths.size());
-      kernels.encode16(depths.data(), depths.size() - 16, kDepthSteps<std::uint16_t> / view.far, codes.data());
+      const Canvas canvas(size);
+      kernels.draw(points.arrays(), 0, 1, view, size, canvas.nearness.get());
+      std::vector<std::uint16_t> codes(static_cast<std::size_t>(size * size) + 16);
+      kernels.encode16(canvas.nearness.get(), view, size, codes.data());
       Dice dice(5);
       for (int i = 0; i < 50; ++i) {
         ReceiverPacket receivers{};

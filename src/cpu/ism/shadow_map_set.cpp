@@ -13,7 +13,6 @@
 namespace lightcuts {
 namespace {
 
-constexpr float kNothing = std::numeric_limits<float>::infinity();
 constexpr std::size_t kPadding = 16;  // entries past the last that kernels may touch
 
 std::vector<std::uint32_t> every(std::size_t count, std::size_t offset, std::size_t stride) {
@@ -22,6 +21,10 @@ std::vector<std::uint32_t> every(std::size_t count, std::size_t offset, std::siz
   for (std::size_t i = offset; i < count; i += stride) ids.push_back(static_cast<std::uint32_t>(i));
   return ids;
 }
+
+struct FreeAligned {
+  void operator()(float* floats) const { ::operator delete[](floats, std::align_val_t{64}); }
+};
 
 }  // namespace
 
@@ -34,7 +37,7 @@ struct ShadowMapSet::Order {
 };
 
 struct ShadowMapSet::Scratch {
-  std::vector<float> depths;
+  std::unique_ptr<float[], FreeAligned> nearness;
   FillScratch<std::uint16_t> fill16;
   FillScratch<std::uint32_t> fill32;
   std::vector<float> chosen;  ///< points that the noise chose
@@ -80,7 +83,10 @@ void ShadowMapSet::grow(std::size_t maps) {
 
 ShadowMapSet::Scratch& ShadowMapSet::scratch() {
   std::unique_ptr<Scratch>& mine = scratch_.local();
-  if (mine == nullptr) mine = std::make_unique<Scratch>();
+  if (mine == nullptr) {
+    mine = std::make_unique<Scratch>();
+    mine->nearness.reset(new (std::align_val_t{64}) float[nearness_floats(options_.size)]);
+  }
   return *mine;
 }
 
@@ -169,16 +175,15 @@ bool ShadowMapSet::add(const LightIds& ids, Progress* progress) {
 
 void ShadowMapSet::make(const Order& order, Scratch& scratch) {
   const MapView view = view_of(order.kind, order.light, order.which);
-  scratch.depths.assign(texels() + kPadding, kNothing);
+  std::fill_n(scratch.nearness.get(), nearness_floats(options_.size), 0.0f);
   draw(order, view, scratch);
-  const float inverse_far = 1 / std::max(view.far, 1e-30f);
   if (options_.depth_bits == 16) {
     std::uint16_t* codes = codes_at(order.slot);
-    kernels_.encode16(scratch.depths.data(), texels(), kDepthSteps<std::uint16_t> * inverse_far, codes);
+    kernels_.encode16(scratch.nearness.get(), view, options_.size, codes);
     fill_holes(codes, options_.size, options_.levels, options_.fill, scratch.fill16);
   } else {
     auto* codes = reinterpret_cast<std::uint32_t*>(codes_at(order.slot));
-    kernels_.encode32(scratch.depths.data(), texels(), kDepthSteps<std::uint32_t> * inverse_far, codes);
+    kernels_.encode32(scratch.nearness.get(), view, options_.size, codes);
     fill_holes(codes, options_.size, options_.levels, options_.fill, scratch.fill32);
   }
 }
@@ -192,8 +197,8 @@ void ShadowMapSet::draw(const Order& order, const MapView& view, Scratch& scratc
   if (options_.choice == PointChoice::block) {
     const std::size_t start = block_start(stream, static_cast<std::uint32_t>(all));
     const std::size_t until_end = std::min(wanted, all - start);
-    kernels_.draw(arrays, start, until_end, view, options_.size, scratch.depths.data());
-    kernels_.draw(arrays, 0, wanted - until_end, view, options_.size, scratch.depths.data());
+    kernels_.draw(arrays, start, until_end, view, options_.size, scratch.nearness.get());
+    kernels_.draw(arrays, 0, wanted - until_end, view, options_.size, scratch.nearness.get());
     return;
   }
 
@@ -217,7 +222,7 @@ void ShadowMapSet::draw(const Order& order, const MapView& view, Scratch& scratc
                            c + 5 * stride,
                            scratch.shapes.data(),
                            arrays.shapes};
-  kernels_.draw(chosen, 0, count, view, options_.size, scratch.depths.data());
+  kernels_.draw(chosen, 0, count, view, options_.size, scratch.nearness.get());
 }
 
 DepthCodes ShadowMapSet::map_at(std::size_t slot) const { return {codes_at(slot), options_.size, options_.depth_bits}; }

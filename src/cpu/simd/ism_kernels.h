@@ -23,18 +23,24 @@ struct DepthCodes {
   int depth_bits;
 };
 
+/// Floats from one row of a map being drawn to the next: whole registers.
+constexpr std::size_t nearness_stride(int size) { return (static_cast<std::size_t>(size) + 15) / 16 * 16; }
+
+/// Floats that a map being drawn takes; one row is spare.
+constexpr std::size_t nearness_floats(int size) { return static_cast<std::size_t>(size + 1) * nearness_stride(size); }
+
 /// The inner loops of imperfect shadow maps, compiled once for each instruction set.
 struct IsmKernels {
-  /// Draws points `first` to `first + count` as discs into `depths` [m], which keeps the nearest.
+  /// Draws points `first` to `first + count` as discs into `nearness`, which keeps the nearest.
   ///
-  /// Every texel whose centre ray meets a disc gets the depth of the meeting point, so that the map holds the surface
-  /// itself and not discs that face the light. Rows are `size` floats, 16 more after the last row may be written (with
-  /// what they hold).
-  void (*draw)(const PointArrays&, std::size_t first, std::size_t count, const MapView&, int size, float* depths);
+  /// Every texel whose centre ray meets a disc gets the nearness (kernels/shadow_map.h) of the meeting point, so that the
+  /// map holds the surface itself and not discs that face the light; 0 is nothing. Takes nearness_floats(size), aligned to 64
+  /// bytes; what is written past the last texel of a row or column means nothing.
+  void (*draw)(const PointArrays&, std::size_t first, std::size_t count, const MapView&, int size, float* nearness);
 
-  /// Turns depths [m] into codes; infinite ones into "nothing was drawn".
-  void (*encode16)(const float* depths, std::size_t count, float steps_per_metre, std::uint16_t* codes);
-  void (*encode32)(const float* depths, std::size_t count, float steps_per_metre, std::uint32_t* codes);
+  /// Turns a drawn map into codes, row by row without gaps; texels with nothing, or beyond the view's rim, into kNoDepth.
+  void (*encode16)(const float* nearness, const MapView&, int size, std::uint16_t* codes);
+  void (*encode32)(const float* nearness, const MapView&, int size, std::uint32_t* codes);
 
   /// Share of light that arrives at each of 16 receivers by lookup_visibility; `share` is aligned to 64 bytes.
   void (*look_up)(const ReceiverPacket&, const MapView&, const DepthCodes&, float* share);

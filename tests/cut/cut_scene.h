@@ -3,7 +3,7 @@
 #include <memory>
 #include <string>
 
-#include "cpu/cut/packet_cut.h"
+#include "cpu/cut/group_cut.h"
 #include "cpu/cut/pixel_cut.h"
 #include "cpu/tree/build_light_trees.h"
 #include "cpu_shade/random_packet.h"
@@ -37,6 +37,23 @@ inline SurfacePacket random_surfaces(Dice& dice, bool flat = false) {
   return packet;
 }
 
+/// Sixteen receivers on a slanted plane or a ball, this far apart [m], of one colour.
+inline SurfacePacket coherent_surfaces(Dice& dice, float size, bool curved) {
+  SurfacePacket packet = random_surfaces(dice, !curved);
+  const Vec3 middle = get_lane(packet.receivers.position, 0), normal = get_lane(packet.receivers.ng, 0);
+  const Vec3 any = dice.direction();
+  const Vec3 u = normalize(cross(normal, any)), v = cross(normal, u);
+  for (int lane = 0; lane < kPacketSize; ++lane) {
+    const float x = size * static_cast<float>(lane % 4), y = size * static_cast<float>(lane / 4);
+    const Vec3 n = curved ? normalize(normal + u * x + v * y) : normal;
+    set_lane(packet.receivers.position, lane, curved ? middle + (n - normal) : middle + u * x + v * y);
+    set_lane(packet.receivers.ns, lane, n);
+    set_lane(packet.receivers.ng, lane, n);
+    set_lane(packet.albedo, lane, get_lane(packet.albedo, 0) * (1 - 0.02f * static_cast<float>(lane)));
+  }
+  return packet;
+}
+
 inline CheckedPoint point_of(const SurfacePacket& packet, int lane, const CutScene& scene) {
   const ReceiverPacket& r = packet.receivers;
   return {get_lane(r.position, lane), get_lane(r.ns, lane), get_lane(r.ng, lane), get_lane(packet.albedo, lane),
@@ -60,27 +77,46 @@ inline CutNodes nodes_of(const PixelCut& cut) {
 class CutCollector final : public CutListener {
  public:
   std::array<CutNodes, kPacketSize> cuts;
-  int starts = 0;
+  std::array<ReceiverGroup<float>, kPacketSize> groups;
 
-  void start(std::uint32_t lanes) override {
-    ++starts;
-    for (int lane = 0; lane < kPacketSize; ++lane) {
-      if ((lanes >> lane & 1u) != 0) cuts[lane] = {};
-    }
-  }
-  void chosen(LightKind kind, ChosenNode node) override {
-    for (int lane = 0; lane < kPacketSize; ++lane) {
-      if ((node.lanes >> lane & 1u) != 0) cuts[lane][static_cast<std::size_t>(kind)].push_back(node.node);
+  void chosen(LightKind kind, std::uint32_t node, const ReceiverGroup<float>& group,
+              std::span<const std::uint8_t> pixels) override {
+    for (const std::uint8_t pixel : pixels) {
+      cuts[pixel][static_cast<std::size_t>(kind)].push_back(node);
+      groups[pixel] = group;
     }
   }
 };
 
-inline PacketLight packet_cut_of(const CutScene& scene, const SurfacePacket& packet, CutCollector& collector, Isa isa,
-                                 Arrival arrival = {}) {
-  const Frontier frontier = make_frontier(scene.trees, 64);
-  PacketLight lit;
-  cut_packet({scene.context, frontier, cut_kernels(isa), shade_kernels(isa), &collector}, packet, arrival, lit);
+/// Groups as without shadows, or of single pixels.
+inline constexpr GroupTuning kAnyGroups{.extent = 1, .cosine = 0, .pixels = 64, .first_factor = 0.9f, .level_ratio = 2};
+inline constexpr GroupTuning kSinglePixels{
+    .extent = 1, .cosine = 0, .pixels = 1, .first_factor = 0.9f, .level_ratio = 2};
+
+inline TileLight packet_cut_of(const CutScene& scene, const SurfacePacket& packet, CutCollector& collector, Isa isa,
+                               const GroupTuning& tuning = kAnyGroups, double guess_scale = 1) {
+  const Frontier frontier = make_frontier(scene.trees, scene.set, 64);
+  CutScratch scratch;
+  TileLight lit;
+  const std::span<const SurfacePacket> packets(&packet, 1);
+  cut_pixels({scene.context, frontier, cut_kernels(isa), shade_kernels(isa), tuning, &collector, guess_scale}, packets,
+             scratch, lit);
   return lit;
+}
+
+/// What a lane's cut promises, by the bounds of its group.
+inline DoubleCheck check_lane(const CutScene& scene, const SurfacePacket& packet, const CutCollector& collector,
+                              int lane) {
+  const CheckedPoint point = point_of(packet, lane, scene);
+  return check_again(scene.lights, scene.trees, collector.cuts[lane], point, [&](const LightNode& node, int kind) {
+    return bound_of(node, kind, collector.groups[lane], point.min_distance);
+  });
+}
+
+inline double total_of(const TileLight& lit, const SurfacePacket& packet, int lane) {
+  const Vec3 albedo = get_lane(packet.albedo, lane);
+  return luminance(
+      Vec3T<double>{albedo.x * lit.light[lane].x, albedo.y * lit.light[lane].y, albedo.z * lit.light[lane].z});
 }
 
 /// VPLs, points (half of them spots) and directional lights around the origin.

@@ -17,13 +17,31 @@ INSTANTIATE_TEST_SUITE_P(Isa, PacketCut, testing::ValuesIn(available_isas()),
                            return name;
                          });
 
-void expect_promise(const CutScene& scene, const CutNodes& nodes, const CheckedPoint& point, double error) {
+void expect_once(const CutScene& scene, const CutNodes& nodes) {
   EXPECT_TRUE(holds_each_light_once(scene.trees.vpls, nodes[0]));
   EXPECT_TRUE(holds_each_light_once(scene.trees.points, nodes[1]));
   EXPECT_TRUE(holds_each_light_once(scene.trees.directionals, nodes[2]));
-  const DoubleCheck check = check_again(scene.lights, scene.trees, nodes, point);
+}
+
+void expect_promise(const DoubleCheck& check, double error) {
   EXPECT_LE(check.largest, error * check.total);
+  EXPECT_LE(check.worst_error, error * check.total + 1e-6 * check.exact);  // what the promise is for
   EXPECT_LE(std::abs(check.total - check.exact), check.bound_sum + 1e-5 * check.exact);
+}
+
+void expect_consistent(const CutScene& scene, const SurfacePacket& packet, const CutCollector& collector,
+                       const TileLight& lit, double error) {
+  for (int lane = 0; lane < kPacketSize; ++lane) {
+    expect_once(scene, collector.cuts[lane]);
+    const DoubleCheck check = check_lane(scene, packet, collector, lane);
+    expect_promise(check, error);
+    EXPECT_NEAR(total_of(lit, packet, lane), check.total, 1e-5 * check.total);
+    EXPECT_GE(lit.cut_bound[lane] * check.total, check.largest * (1 - 1e-5));
+    EXPECT_LE(lit.cut_bound[lane], error);
+    std::size_t size = 0;
+    for (const auto& nodes : collector.cuts[lane]) size += nodes.size();
+    EXPECT_EQ(lit.cut_size[lane], size);
+  }
 }
 
 TEST_P(PacketCut, KeepsItsPromiseWhateverTheGuess) {
@@ -31,19 +49,25 @@ TEST_P(PacketCut, KeepsItsPromiseWhateverTheGuess) {
   for (const float error : {0.1f, 0.02f, 0.003f}) {
     const CutScene scene(mixed_lights(1, 500, 100, 60), error);
     // Guesses that are right, a hundred times too high and a hundred times too low.
-    for (const double ratio : {1.0, 100.0, 0.01}) {
+    for (const double scale : {1.0, 100.0, 0.01}) {
       const SurfacePacket packet = random_surfaces(dice, dice.between(0, 1) < 0.5f);
       CutCollector collector;
-      const PacketLight lit = packet_cut_of(scene, packet, collector, GetParam(), {ratio});
-      for (int lane = 0; lane < kPacketSize; ++lane) {
-        const CheckedPoint point = point_of(packet, lane, scene);
-        expect_promise(scene, collector.cuts[lane], point, error);
-        const DoubleCheck check = check_again(scene.lights, scene.trees, collector.cuts[lane], point);
-        EXPECT_NEAR(lit.total[lane], check.total, 1e-5 * check.total);
-        EXPECT_NEAR(lit.largest_bound[lane], check.largest, 1e-4 * check.largest);
-        std::size_t size = 0;
-        for (const auto& nodes : collector.cuts[lane]) size += nodes.size();
-        EXPECT_EQ(lit.size[lane], static_cast<float>(size));
+      const TileLight lit = packet_cut_of(scene, packet, collector, GetParam(), kAnyGroups, scale);
+      expect_consistent(scene, packet, collector, lit, error);
+    }
+  }
+}
+
+TEST_P(PacketCut, KeepsItsPromiseWhateverTheGroup) {
+  Dice dice(33);
+  const CutScene scene(mixed_lights(1, 700, 100, 60));
+  for (const GroupTuning& tuning : {kAnyGroups, kSinglePixels, GroupTuning{0.05f, 0.9f, 16, 2, 1.1f}}) {
+    for (const float size : {0.0f, 1e-4f, 0.02f, 0.5f}) {
+      for (const bool curved : {false, true}) {
+        const SurfacePacket packet = coherent_surfaces(dice, size, curved);
+        CutCollector collector;
+        const TileLight lit = packet_cut_of(scene, packet, collector, GetParam(), tuning);
+        expect_consistent(scene, packet, collector, lit, 0.02);
       }
     }
   }
@@ -54,15 +78,32 @@ TEST_P(PacketCut, IsHardlyLargerThanTheHeaps) {
   const CutScene scene(mixed_lights(2, 3000, 0, 0));
   double heap = 0, packet_size = 0;
   for (int i = 0; i < 6; ++i) {
-    const SurfacePacket packet = random_surfaces(dice);
+    const SurfacePacket packet = coherent_surfaces(dice, 0.003f, i % 2 == 0);
     CutCollector collector;
-    const PacketLight lit = packet_cut_of(scene, packet, collector, GetParam());
+    const TileLight lit = packet_cut_of(scene, packet, collector, GetParam());
     for (int lane = 0; lane < kPacketSize; ++lane) {
       heap += static_cast<double>(heap_cut_of(scene, packet, lane).nodes.size());
-      packet_size += lit.size[lane];
+      packet_size += lit.cut_size[lane];
     }
   }
-  EXPECT_LT(packet_size, 1.25 * heap);
+  EXPECT_LT(packet_size, 1.3 * heap);
+  EXPECT_GT(packet_size, 0.9 * heap);
+}
+
+TEST_P(PacketCut, OfSinglePixelsIsTheHeapsButForTheOrder) {
+  Dice dice(8);
+  const CutScene scene(mixed_lights(2, 3000, 0, 0));
+  double heap = 0, packet_size = 0;
+  for (int i = 0; i < 6; ++i) {
+    const SurfacePacket packet = random_surfaces(dice);
+    CutCollector collector;
+    const TileLight lit = packet_cut_of(scene, packet, collector, GetParam(), kSinglePixels);
+    for (int lane = 0; lane < kPacketSize; ++lane) {
+      heap += static_cast<double>(heap_cut_of(scene, packet, lane).nodes.size());
+      packet_size += lit.cut_size[lane];
+    }
+  }
+  EXPECT_LT(packet_size, 1.2 * heap);
   EXPECT_GT(packet_size, 0.9 * heap);
 }
 
@@ -71,12 +112,12 @@ TEST_P(PacketCut, WithoutErrorItIsTheSumOverAllLights) {
   const CutScene scene(mixed_lights(3, 400, 60, 40), 0);
   const SurfacePacket packet = random_surfaces(dice);
   CutCollector collector;
-  const PacketLight lit = packet_cut_of(scene, packet, collector, GetParam());
+  const TileLight lit = packet_cut_of(scene, packet, collector, GetParam());
   for (int lane = 0; lane < kPacketSize; ++lane) {
     const DoubleCheck check =
         check_again(scene.lights, scene.trees, collector.cuts[lane], point_of(packet, lane, scene));
-    EXPECT_NEAR(lit.total[lane], check.exact, 1e-5 * check.exact);
-    EXPECT_EQ(lit.largest_bound[lane], 0);
+    EXPECT_NEAR(total_of(lit, packet, lane), check.exact, 1e-5 * check.exact);
+    EXPECT_EQ(lit.cut_bound[lane], 0);
   }
 }
 
@@ -86,12 +127,12 @@ TEST_P(PacketCut, FitsItsLargestCutWithLittleMoreErrorThanTheHeap) {
     const CutScene scene(mixed_lights(4, 2000, 100, 50), 0.001f, most);
     double heap_error = 0, packet_error = 0;
     for (int i = 0; i < 4; ++i) {
-      const SurfacePacket packet = random_surfaces(dice);
+      const SurfacePacket packet = coherent_surfaces(dice, 0.01f, i % 2 == 0);
       CutCollector collector;
-      const PacketLight lit = packet_cut_of(scene, packet, collector, GetParam());
+      const TileLight lit = packet_cut_of(scene, packet, collector, GetParam());
       for (int lane = 0; lane < kPacketSize; ++lane) {
         const CheckedPoint point = point_of(packet, lane, scene);
-        EXPECT_LE(lit.size[lane], static_cast<float>(std::max(most, 3u)));
+        EXPECT_LE(lit.cut_size[lane], std::max(most, 3u));
         EXPECT_TRUE(holds_each_light_once(scene.trees.vpls, collector.cuts[lane][0]));
         const DoubleCheck check = check_again(scene.lights, scene.trees, collector.cuts[lane], point);
         const PixelCut heap = heap_cut_of(scene, packet, lane);
@@ -100,26 +141,6 @@ TEST_P(PacketCut, FitsItsLargestCutWithLittleMoreErrorThanTheHeap) {
       }
     }
     EXPECT_LE(packet_error, 1.2 * heap_error) << most;
-  }
-}
-
-TEST_P(PacketCut, ALanesCutDoesNotDependOnItsNeighboursWithoutVisibility) {
-  Dice dice(10);
-  const CutScene scene(mixed_lights(5, 1500, 50, 20));
-  const SurfacePacket packet = random_surfaces(dice);
-  CutCollector together;
-  packet_cut_of(scene, packet, together, GetParam());
-  for (int lane = 0; lane < kPacketSize; lane += 5) {
-    SurfacePacket alone = packet;
-    alone.receivers.active = 1u << lane;
-    CutCollector collector;
-    packet_cut_of(scene, alone, collector, GetParam());
-    for (int kind = 0; kind < 3; ++kind) {
-      auto a = together.cuts[lane][kind], b = collector.cuts[lane][kind];
-      std::sort(a.begin(), a.end());
-      std::sort(b.begin(), b.end());
-      EXPECT_EQ(a, b);
-    }
   }
 }
 
@@ -139,21 +160,43 @@ TEST_P(PacketCut, ItsStackIsSmallOnAChainOfAHundredThousand) {
   CutScene scene(lights, 0);
   scene.trees.vpls = chain_tree(scene.lights);
   ASSERT_EQ(scene.trees.vpls.depth, 100'000u);
-  SurfacePacket packet = random_surfaces(dice);
-  PacketWalk walk{};
+  GroupWalk walk{};
   walk.nodes = scene.trees.vpls.nodes.data();
+  walk.group = receiver_group<float>({{0, 0, 0}, {0, 0, 0}}, {0, 1, 0}, 1, 0, 0);
+  walk.weights = {1e38f, 1e38f, 1e38f};  // accepts what is dark and leaves alone
   walk.min_distance_sq = 1e-4f;
-  walk.size_limit = 1e9f;
-  std::fill(std::begin(walk.threshold), std::end(walk.threshold), -1.0f);
+  const WaitingNode root{0, kNone};
+  walk.feed = &root;
+  walk.feed_count = 1;
   ChosenNode chosen[64];
-  const CutKernels& kernels = cut_kernels(GetParam());
-  std::uint32_t count = kernels.start[0](packet.receivers, walk, 0xffff, chosen), deepest = 0;
-  while (walk.waiting_count > 0) {
+  std::uint32_t leaves = 0, deepest = 0;
+  while (walk.feed_count > 0 || walk.waiting_count > 0) {
+    const std::uint32_t count = cut_kernels(GetParam()).walk[0](walk, chosen, 64);
+    for (std::uint32_t i = 0; i < count; ++i) leaves += scene.trees.vpls.nodes[chosen[i].node].leaf_count;
     deepest = std::max(deepest, walk.waiting_count);
-    count += kernels.walk[0](packet.receivers, walk, chosen, 64);
   }
-  EXPECT_EQ(count, 100'000u);
+  EXPECT_EQ(leaves, 100'000u);
   EXPECT_LE(deepest, 1u);
+}
+
+TEST_P(PacketCut, ItsStackIsSmallOnABroadTree) {
+  const CutScene scene(mixed_lights(21, 60'000, 0, 0), 0);
+  GroupWalk walk{};
+  walk.nodes = scene.trees.vpls.nodes.data();
+  walk.group = receiver_group<float>({{-2, -2, -2}, {2, 2, 2}}, {0, 1, 0}, -1, 0, 0);
+  walk.weights = {1e38f, 1e38f, 1e38f};
+  walk.min_distance_sq = 1e-4f;
+  const WaitingNode root{0, kNone};
+  walk.feed = &root;
+  walk.feed_count = 1;
+  ChosenNode chosen[2 * kMostPairs];
+  std::uint32_t leaves = 0, deepest = 0;
+  while (walk.feed_count > 0 || walk.waiting_count > 0) {
+    leaves += cut_kernels(GetParam()).walk[0](walk, chosen, 2 * kMostPairs);
+    deepest = std::max(deepest, walk.waiting_count);
+  }
+  EXPECT_EQ(leaves, 60'000u);
+  EXPECT_LE(deepest, kWalkStack);
 }
 
 // --- Edge cases: whatever the lights are, each once, a finite sum, the promise ---
@@ -200,12 +243,14 @@ TEST_P(PacketCut, EdgeCasesKeepThePromise) {
       set_lane(packet.albedo, 3, {0, 0, 0});  // reflects nothing
       set_lane(packet.albedo, 4, {1, 0, 0});
       CutCollector collector;
-      const PacketLight lit = packet_cut_of(scene, packet, collector, GetParam());
+      const TileLight lit = packet_cut_of(scene, packet, collector, GetParam());
       for (int lane = 0; lane < kPacketSize; ++lane) {
-        const CheckedPoint point = point_of(packet, lane, scene);
-        expect_promise(scene, collector.cuts[lane], point, 0.02);
-        expect_promise(scene, nodes_of(heap_cut_of(scene, packet, lane)), point, 0.02);
-        EXPECT_TRUE(std::isfinite(lit.total[lane]));
+        expect_once(scene, collector.cuts[lane]);
+        expect_promise(check_lane(scene, packet, collector, lane), 0.02);
+        const CutNodes heap = nodes_of(heap_cut_of(scene, packet, lane));
+        expect_once(scene, heap);
+        expect_promise(check_again(scene.lights, scene.trees, heap, point_of(packet, lane, scene)), 0.02);
+        EXPECT_TRUE(std::isfinite(total_of(lit, packet, lane)));
         EXPECT_TRUE(std::isfinite(lit.lost[lane]));
       }
     }
@@ -226,10 +271,10 @@ TEST_P(PacketCut, LightsBehindGiveNothingAndEndTheWalk) {
     set_lane(packet.receivers.ng, lane, {0, 1, 0});
   }
   CutCollector collector;
-  const PacketLight lit = packet_cut_of(scene, packet, collector, GetParam());
+  const TileLight lit = packet_cut_of(scene, packet, collector, GetParam());
   for (int lane = 0; lane < kPacketSize; ++lane) {
-    EXPECT_EQ(lit.total[lane], 0);
-    EXPECT_LE(lit.size[lane], 2);
+    EXPECT_EQ(total_of(lit, packet, lane), 0);
+    EXPECT_LE(lit.cut_size[lane], 2u);
     EXPECT_EQ(heap_cut_of(scene, packet, lane).total, 0);
   }
 }

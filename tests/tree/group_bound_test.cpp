@@ -71,7 +71,7 @@ Case random_case(test::LightSamples& samples) {
     if (samples.below(40) == 0) p = c.lights[0].position;
     c.points.push_back({p, spread_about(samples, normal, normal_spread)});
   }
-  c.clamp = size * std::pow(10.0f, samples.uniform(-4, 0));
+  c.clamp = max_of(size * std::pow(10.0f, samples.uniform(-4, 0)), kSmallestClamp);
   return c;
 }
 

@@ -6,56 +6,89 @@
 #include "backend/light_tree.h"
 #include "cpu/simd/packet.h"
 #include "cpu/simd/shade_kernels.h"
+#include "kernels/group_bound.h"
 
 namespace lightcuts {
 
-/// Most nodes that wait on the stack of a walk: it goes into the child with fewer leaves first, so what waits doubles with
-/// every entry.
-inline constexpr int kWalkStack = 34;
-
-/// A node of the cut of some pixels of a packet.
+/// A node of a cut.
 struct ChosenNode {
   std::uint32_t node;
-  std::uint32_t lanes;  ///< bit i: it is in the cut of pixel i
+  std::uint32_t kept;  ///< as in WaitingNode
+  float bound;         ///< geometric bound over the group; 0 for a leaf, which is exact
 };
 
-/// The walk of a packet of pixels through one tree: every pixel goes below the nodes whose bound exceeds its threshold.
+/// An inner node to go below.
+struct WaitingNode {
+  std::uint32_t node;
+  /// What the caller knows its representative's light by, or kNone. The child with the same representative inherits it.
+  std::uint32_t kept;
+};
+
+/// A walk that tests as many nodes at once as a register has lanes holds this many pairs of children at most.
+inline constexpr int kMostPairs = 8;
+/// From this many waiting nodes on a walk goes below one at a time, the one with fewer leaves first: what waits then
+/// doubles with every entry.
+inline constexpr std::uint32_t kWideWalk = 64;
+/// Most nodes that wait on the stack of a walk, however deep the tree.
+inline constexpr std::uint32_t kWalkStack = kWideWalk + kMostPairs + 34;
+
+/// The walk of a group of receivers through one tree: below every node whose bound is too large for some of them.
 /// It can be left when its output is full and taken up again.
-struct alignas(64) PacketWalk {
+struct GroupWalk {
   // What it works on.
   const LightNode* nodes;
-  PacketVec3 weights;                        ///< reflected_weights of each pixel
-  alignas(64) float threshold[kPacketSize];  ///< of the bound on luminance, times pi
-  float min_distance_sq;                     ///< [m^2]
-  float size_limit;                          ///< pixels whose cut grows beyond it leave the walk, even for other trees
-  // What it leaves, added up over trees.
-  alignas(64) float largest[kPacketSize];  ///< largest bound of a chosen node
-  alignas(64) float size[kPacketSize];     ///< nodes chosen
-  std::uint64_t visits;                    ///< nodes tested
+  ReceiverGroup<float> group;
+  Vec3 weights;             ///< a node is chosen where dot(weights, intensity) times its geometric bound is at most 1
+  float min_distance_sq;    ///< [m^2]
+  const WaitingNode* feed;  ///< more nodes to go below, taken from the end
+  std::uint32_t feed_count;
   // Where it stands.
-  ChosenNode waiting[kWalkStack];  ///< nodes to go below
   std::uint32_t waiting_count;
+  WaitingNode waiting[kWalkStack];
+  std::uint64_t visits;  ///< nodes tested
 };
 
-/// Walks on until the tree is done or fewer than 2 places are left in `chosen`; returns how many were filled.
-/// walk.waiting_count == 0 afterwards says that the tree is done.
-using WalkFn = std::uint32_t (*)(const ReceiverPacket&, PacketWalk&, ChosenNode* chosen, std::uint32_t capacity);
+/// Walks on until nothing waits or fewer than 2 * kMostPairs places are left in `chosen`; returns how many were filled.
+/// walk.waiting_count == 0 and walk.feed_count == 0 afterwards say that it is done.
+using WalkFn = std::uint32_t (*)(GroupWalk&, ChosenNode* chosen, std::uint32_t capacity);
 
-/// Sets up a walk from the root of walk.nodes for `lanes`; the root itself may be chosen: returns 1 then.
-using StartFn = std::uint32_t (*)(const ReceiverPacket&, PacketWalk&, std::uint32_t lanes, ChosenNode* chosen);
+/// A chosen node as the inner loops read it.
+struct CutLight {
+  Vec3 position;  ///< of the representative; VPLs only, and so is the axis
+  float bound;    ///< as in ChosenNode
+  Vec3 axis;
+  std::uint32_t node;
+  Vec3 intensity;       ///< of the whole cluster
+  std::uint32_t light;  ///< representative, index within its kind
+};
+
+/// How much of a representative's light arrives at each receiver of a packet.
+struct alignas(64) PacketShare {
+  float of[kPacketSize];
+};
+
+/// What a sum over chosen nodes sets.
+struct alignas(64) CutSum {
+  PacketSum sum;
+  float largest[kPacketSize];  ///< largest bound on the luminance that a node is reflected with, times pi
+};
+
+/// Chosen nodes of one kind of light, and the receivers that they light.
+struct CutTask {
+  const ReceiverPacket& receivers;
+  const PacketVec3& weights;  ///< reflected_weights of each receiver
+  const CutLight* lights;
+  const PacketShare* shares;  ///< one a light; null: all light arrives
+  std::size_t count;
+};
 
 /// The inner loops of the packet cut, compiled once for each instruction set.
 struct CutKernels {
-  StartFn start[3];  ///< by LightKind
-  WalkFn walk[3];
+  WalkFn walk[3];  ///< by LightKind
 
-  /// Sets `sum` to the chosen nodes' light, all of it arriving: intensity of the node, factor of its representative.
-  void (*sum_vpls)(const ReceiverPacket&, const LightNode* nodes, const VplRecord*, const ChosenNode*,
-                   std::size_t count, float min_distance_sq, PacketSum& sum);
-  void (*sum_points)(const ReceiverPacket&, const LightNode* nodes, const PointRecord*, const ChosenNode*,
-                     std::size_t count, PacketSum& sum);
-  void (*sum_directionals)(const ReceiverPacket&, const LightNode* nodes, const DirectionalRecord*, const ChosenNode*,
-                           std::size_t count, PacketSum& sum);
+  void (*sum_vpls)(const CutTask&, float min_distance_sq, CutSum&);
+  void (*sum_points)(const CutTask&, const PointRecord*, CutSum&);
+  void (*sum_directionals)(const CutTask&, const DirectionalRecord*, CutSum&);
 };
 
 /// The kernels of an instruction set that this machine runs.

@@ -5,186 +5,208 @@
 
 #include "cpu/cut/bound_lanes.h"
 #include "cpu/cut/cut_kernels.h"
+#include "cpu/cut/node_lanes.h"
 #include "cpu/simd/lanes.h"
-#include "kernels/cluster_bound.h"
+#include "kernels/group_bound.h"
 #include "kernels/light.h"
 
 namespace lightcuts::LC_ISA {
 namespace {
 
 using LanesVec3 = Vec3T<Lanes>;
-using BoundVec3 = Vec3T<BoundLanes>;
 
 LC_LANES_FN LanesVec3 broadcast(const Vec3& v) { return {Lanes(v.x), Lanes(v.y), Lanes(v.z)}; }
 LC_LANES_FN LanesVec3 load(const PacketVec3& v, int first) {
   return {Lanes::load(v.x + first), Lanes::load(v.y + first), Lanes::load(v.z + first)};
 }
-LC_LANES_FN BoundVec3 load_bound(const PacketVec3& v, int first) {
-  return {Batch::load_aligned(v.x + first), Batch::load_aligned(v.y + first), Batch::load_aligned(v.z + first)};
+LC_LANES_FN BoundVec3 broadcast_bound(const Vec3& v) { return {BoundLanes(v.x), BoundLanes(v.y), BoundLanes(v.z)}; }
+
+// --- Choosing: one node a lane ---
+
+LC_LANES_FN ReceiverGroup<BoundLanes> broadcast_group(const ReceiverGroup<float>& g) {
+  return {broadcast_bound(g.lo),        broadcast_bound(g.hi), broadcast_bound(g.axis), BoundLanes(g.cos_half_angle),
+          BoundLanes(g.sin_half_angle), BoundLanes(g.gain_lo), BoundLanes(g.gain_hi)};
 }
 
-// --- Choosing ---
-
 struct VplBound {
-  LC_LANES_FN static BoundLanes geometric(const LitPoint<BoundLanes>& point, const LightNode& node, float clamp_sq) {
-    return vpl_bound(point, node.box, DirectionCone{node.axis, node.cos_half_angle}, BoundLanes(clamp_sq));
+  LC_LANES_FN static BoundLanes geometric(const ReceiverGroup<BoundLanes>& group,
+                                          const ClusterBounds<BoundLanes>& lights, float clamp_sq) {
+    return group_vpl_bound(group, lights, BoundLanes(clamp_sq));
   }
 };
 struct PointBound {
-  LC_LANES_FN static BoundLanes geometric(const LitPoint<BoundLanes>& point, const LightNode& node, float) {
-    return point_bound(point, node.box, DirectionCone{node.axis, node.cos_half_angle}, BoundLanes(kPointGuardSq));
+  LC_LANES_FN static BoundLanes geometric(const ReceiverGroup<BoundLanes>& group,
+                                          const ClusterBounds<BoundLanes>& lights, float) {
+    return group_point_bound(group, lights, BoundLanes(kPointGuardSq));
   }
 };
 struct DirectionalBound {
-  LC_LANES_FN static BoundLanes geometric(const LitPoint<BoundLanes>& point, const LightNode& node, float) {
-    return directional_bound(point.normal, node.box);
+  LC_LANES_FN static BoundLanes geometric(const ReceiverGroup<BoundLanes>& group,
+                                          const ClusterBounds<BoundLanes>& lights, float) {
+    return group_directional_bound(group, lights);
   }
 };
 
-/// Tests one inner node for `lanes`; returns those that accept it. A bound that is not a number or infinite is refused.
-template <class Bound>
-LC_LANES_FN std::uint32_t test_inner(const ReceiverPacket& packet, PacketWalk& walk, const LightNode& node,
-                                     std::uint32_t lanes) {
-  std::uint32_t accepted = 0;
-  for (int first = 0; first < kPacketSize; first += Lanes::kCount) {
-    const std::uint32_t mine = lanes >> first & Lanes::kAllBits;
-    if (mine == 0) continue;
-    const LitPoint<BoundLanes> point{load_bound(packet.position, first), load_bound(packet.ns, first)};
-    const BoundVec3 weights = load_bound(walk.weights, first);
-    const BoundLanes power = weights.x * BoundLanes(node.intensity.x) + weights.y * BoundLanes(node.intensity.y) +
-                             weights.z * BoundLanes(node.intensity.z);
-    const Batch bound = (power * Bound::geometric(point, node, walk.min_distance_sq)).value;
-    const BatchBool in_cut = (bound <= Batch::load_aligned(walk.threshold + first)) & lanes_of(mine);
-    const Batch largest = Batch::load_aligned(walk.largest + first);
-    xsimd::select(in_cut, xsimd::max(largest, bound), largest).store_aligned(walk.largest + first);
-    accepted |= bits(Mask{in_cut}) << first;
-  }
-  return accepted;
+constexpr int kPairs = Lanes::kCount / 2;
+static_assert(kPairs <= kMostPairs);
+
+LC_LANES_FN void wait(GroupWalk& walk, std::uint32_t node, std::uint32_t kept) {
+  const LightNode* child = &walk.nodes[walk.nodes[node].first_child];
+  __builtin_prefetch(child);
+  __builtin_prefetch(child + 1);
+  walk.waiting[walk.waiting_count++] = {node, kept};
 }
 
-LC_LANES_FN void count(PacketWalk& walk, std::uint32_t lanes) {
-  for (int first = 0; first < kPacketSize; first += Lanes::kCount) {
-    const Batch size = Batch::load_aligned(walk.size + first);
-    xsimd::select(lanes_of(lanes >> first & Lanes::kAllBits), size + Batch(1.0f), size)
-        .store_aligned(walk.size + first);
-  }
-}
-
-/// Lanes whose cut is not too large yet.
-LC_LANES_FN std::uint32_t within_limit(const PacketWalk& walk) {
-  std::uint32_t within = 0;
-  for (int first = 0; first < kPacketSize; first += Lanes::kCount) {
-    within |= bits(Mask{Batch::load_aligned(walk.size + first) <= Batch(walk.size_limit)}) << first;
-  }
-  return within;
-}
-
-/// Tests a node; chooses it for the lanes that accept it and returns the others.
-template <class Bound>
-LC_LANES_FN std::uint32_t visit(const ReceiverPacket& packet, PacketWalk& walk, std::uint32_t index,
-                                std::uint32_t lanes, ChosenNode* chosen, std::uint32_t& chosen_count) {
-  const LightNode& node = walk.nodes[index];
-  const std::uint32_t accepted = node.is_leaf() ? lanes : test_inner<Bound>(packet, walk, node, lanes);
-  if (accepted != 0) {
-    chosen[chosen_count++] = {index, accepted};
-    count(walk, accepted);
-  }
-  return lanes & ~accepted;
-}
-
-LC_LANES_FN void wait(PacketWalk& walk, std::uint32_t index, std::uint32_t lanes) {
-  if (lanes == 0) return;
-  __builtin_prefetch(&walk.nodes[walk.nodes[index].first_child]);
-  __builtin_prefetch(&walk.nodes[walk.nodes[index].first_child + 1]);
-  walk.waiting[walk.waiting_count++] = {index, lanes};
+/// Takes nodes to go below from the stack, then from the feed; returns how many.
+LC_LANES_FN int take(GroupWalk& walk, WaitingNode* taken) {
+  const int most = walk.waiting_count > kWideWalk ? 1 : kPairs;
+  int count = 0;
+  while (count < most && walk.waiting_count > 0) taken[count++] = walk.waiting[--walk.waiting_count];
+  while (count < most && walk.feed_count > 0) taken[count++] = walk.feed[--walk.feed_count];
+  return count;
 }
 
 template <class Bound>
-std::uint32_t start(const ReceiverPacket& packet, PacketWalk& walk, std::uint32_t lanes, ChosenNode* chosen) {
+std::uint32_t walk_on(GroupWalk& walk, ChosenNode* chosen, std::uint32_t capacity) {
+  const ReceiverGroup<BoundLanes> group = broadcast_group(walk.group);
+  const BoundVec3 weights = broadcast_bound(walk.weights);
   std::uint32_t chosen_count = 0;
-  walk.waiting_count = 0;
-  ++walk.visits;
-  lanes &= within_limit(walk);
-  if (lanes != 0) wait(walk, 0, visit<Bound>(packet, walk, 0, lanes, chosen, chosen_count));
-  return chosen_count;
-}
+  while (chosen_count + 2 * kMostPairs <= capacity) {
+    WaitingNode taken[kPairs];
+    const int count = take(walk, taken);
+    if (count == 0) break;
+    walk.visits += 2 * static_cast<std::uint64_t>(count);
+    const LightNode* pairs[kPairs];
+    for (int i = 0; i < kPairs; ++i) pairs[i] = &walk.nodes[walk.nodes[taken[i < count ? i : 0].node].first_child];
 
-template <class Bound>
-std::uint32_t walk_on(const ReceiverPacket& packet, PacketWalk& walk, ChosenNode* chosen, std::uint32_t capacity) {
-  std::uint32_t chosen_count = 0;
-  while (walk.waiting_count > 0 && chosen_count + 2 <= capacity) {
-    const ChosenNode top = walk.waiting[--walk.waiting_count];
-    const std::uint32_t lanes = top.lanes & within_limit(walk);
-    if (lanes == 0) continue;
-    // The child with fewer leaves is waited for last, that is, comes next.
-    const std::uint32_t p = walk.nodes[top.node].first_child, q = p + 1;
-    walk.visits += 2;
-    const std::uint32_t below_p = visit<Bound>(packet, walk, p, lanes, chosen, chosen_count);
-    const std::uint32_t below_q = visit<Bound>(packet, walk, q, lanes, chosen, chosen_count);
-    const bool p_is_larger = walk.nodes[p].leaf_count > walk.nodes[q].leaf_count;
-    wait(walk, p_is_larger ? p : q, p_is_larger ? below_p : below_q);
-    wait(walk, p_is_larger ? q : p, p_is_larger ? below_q : below_p);
-  }
-  return chosen_count;
-}
+    // Bounds of all children. One that is not a number or infinite is refused.
+    const NodeLanes nodes = load_pairs(pairs);
+    const BoundLanes geometric = Bound::geometric(group, nodes.bounds, walk.min_distance_sq);
+    const BoundLanes power = dot(weights, nodes.intensity);
+    const BatchBool small = (power * geometric).value <= Batch(1.0f);
+    const BatchBool dark = geometric.value <= Batch(0.0f);
+    const std::uint32_t accepted = bits(Mask{small | dark});
+    alignas(64) float bound[Lanes::kCount];
+    geometric.value.store_aligned(bound);
 
-// --- Light of what was chosen, without visibility ---
-
-LC_LANES_FN Receiver<Lanes> load_receiver(const ReceiverPacket& packet, int first) {
-  return {load(packet.position, first), load(packet.ns, first), load(packet.ng, first)};
-}
-
-LC_LANES_FN Lanes only(std::uint32_t lanes, Lanes value) {
-  return xsimd::select(lanes_of(lanes), value.value, Batch(0.0f));
-}
-
-/// How far ahead records are fetched: their places in memory are scattered.
-constexpr std::size_t kAhead = 8;
-
-void sum_vpls(const ReceiverPacket& packet, const LightNode* nodes, const VplRecord* vpls, const ChosenNode* chosen,
-              std::size_t chosen_count, float min_distance_sq, PacketSum& sum) {
-  const Lanes clamp_sq(min_distance_sq);
-  for (int first = 0; first < kPacketSize; first += Lanes::kCount) {
-    const Receiver<Lanes> receiver = load_receiver(packet, first);
-    LanesVec3 light = broadcast(Vec3{});
-    Lanes lost(0.0f);
-    for (std::size_t i = 0; i < chosen_count; ++i) {
-      if (i + kAhead < chosen_count) __builtin_prefetch(&vpls[nodes[chosen[i + kAhead].node].representative]);
-      const std::uint32_t lanes = chosen[i].lanes >> first & Lanes::kAllBits;
-      if (lanes == 0) continue;
-      const LightNode& node = nodes[chosen[i].node];
-      const VplRecord& vpl = vpls[node.representative];
-      const VplFactor<Lanes> factor = vpl_factor(receiver, broadcast(vpl.position), broadcast(vpl.axis), clamp_sq);
-      light += broadcast(node.intensity) * only(lanes, factor.clamped);
-      if ((bits(factor.distance_sq < clamp_sq) & lanes) != 0) {
-        lost = lost + only(lanes, factor.unclamped - factor.clamped) * Lanes(luminance(node.intensity));
+    for (int i = 0; i < count; ++i) {
+      // The child with fewer leaves comes next, so the other one waits below it.
+      const bool second_larger = pairs[i][1].leaf_count >= pairs[i][0].leaf_count;
+      for (int turn = 0; turn < 2; ++turn) {
+        const int child = (turn == 0) == second_larger ? 1 : 0;
+        const int lane = 2 * i + child;
+        const std::uint32_t index = walk.nodes[taken[i].node].first_child + static_cast<std::uint32_t>(child);
+        const std::uint32_t kept = child == 0 ? taken[i].kept : kNone;
+        if (pairs[i][child].is_leaf()) {
+          chosen[chosen_count++] = {index, kept, 0.0f};
+        } else if ((accepted >> lane & 1u) != 0) {
+          chosen[chosen_count++] = {index, kept, bound[lane]};
+        } else {
+          wait(walk, index, kept);
+        }
       }
     }
-    light.x.store(sum.light.x + first);
-    light.y.store(sum.light.y + first);
-    light.z.store(sum.light.z + first);
-    lost.store(sum.lost + first);
+  }
+  return chosen_count;
+}
+
+// --- Light of what was chosen: one receiver a lane ---
+
+template <bool Flat>
+LC_LANES_FN Receiver<Lanes, Flat> load_receiver(const ReceiverPacket& packet, int first) {
+  Receiver<Lanes, Flat> receiver;
+  receiver.position = load(packet.position, first);
+  receiver.ns = load(packet.ns, first);
+  if constexpr (!Flat) receiver.ng = load(packet.ng, first);
+  return receiver;
+}
+
+/// Light and largest bound of up to one register of receivers.
+struct LaneSum {
+  LanesVec3 light = broadcast(Vec3{});
+  Lanes largest{0.0f};
+
+  LC_LANES_FN void add(const CutLight& from, const LanesVec3& weights, Lanes factor) {
+    const LanesVec3 intensity = broadcast(from.intensity);
+    light += intensity * factor;
+    largest = max_of(largest, dot(weights, intensity) * Lanes(from.bound));
+  }
+  LC_LANES_FN void store(CutSum& out, int first) const {
+    light.x.store(out.sum.light.x + first);
+    light.y.store(out.sum.light.y + first);
+    light.z.store(out.sum.light.z + first);
+    largest.store(out.largest + first);
+  }
+};
+
+LC_LANES_FN Lanes share_of(const CutTask& task, std::size_t i, int first) {
+  return Lanes::load(task.shares[i].of + first);
+}
+
+/// Luminance that the clamp took from some receivers: rare, so apart from the sum.
+LC_LANES_FN void sum_loss(const CutTask& task, float min_distance_sq, int first, CutSum& out) {
+  const Lanes clamp_sq(min_distance_sq);
+  const Receiver<Lanes, false> receiver = load_receiver<false>(task.receivers, first);
+  Lanes lost(0.0f);
+  for (std::size_t i = 0; i < task.count; ++i) {
+    const CutLight& from = task.lights[i];
+    const VplFactor<Lanes> factor = vpl_factor(receiver, broadcast(from.position), broadcast(from.axis), clamp_sq);
+    Lanes taken = select(factor.distance_sq < clamp_sq, factor.unclamped - factor.clamped, Lanes(0.0f));
+    if (task.shares != nullptr) taken = taken * share_of(task, i, first);
+    lost = lost + taken * Lanes(luminance(from.intensity));
+  }
+  lost.store(out.sum.lost + first);
+}
+
+template <bool Flat, bool Shaded>
+LC_LANES_FN void sum_vpls_of(const CutTask& task, float min_distance_sq, CutSum& out) {
+  const Lanes clamp_sq(min_distance_sq);
+  for (int first = 0; first < kPacketSize; first += Lanes::kCount) {
+    const Receiver<Lanes, Flat> receiver = load_receiver<Flat>(task.receivers, first);
+    const LanesVec3 weights = load(task.weights, first);
+    LaneSum sum;
+    Lanes nearest_sq(std::numeric_limits<float>::max());
+    for (std::size_t i = 0; i < task.count; ++i) {
+      const CutLight& from = task.lights[i];
+      const VplFactor<Lanes> factor = vpl_factor(receiver, broadcast(from.position), broadcast(from.axis), clamp_sq);
+      nearest_sq = min_of(factor.distance_sq, nearest_sq);
+      if constexpr (Shaded) {
+        sum.add(from, weights, factor.clamped * share_of(task, i, first));
+      } else {
+        sum.add(from, weights, factor.clamped);
+      }
+    }
+    sum.store(out, first);
+    Lanes(0.0f).store(out.sum.lost + first);
+    if (bits(nearest_sq < clamp_sq) != 0) sum_loss(task, min_distance_sq, first, out);
+  }
+}
+
+void sum_vpls(const CutTask& task, float min_distance_sq, CutSum& out) {
+  if (task.shares != nullptr) {
+    sum_vpls_of<false, true>(task, min_distance_sq, out);
+  } else if (task.receivers.flat) {
+    sum_vpls_of<true, false>(task, min_distance_sq, out);
+  } else {
+    sum_vpls_of<false, false>(task, min_distance_sq, out);
   }
 }
 
 /// The same for lights without a clamp; `factor_of(receiver, record)` is theirs.
 template <class Record, class Factor>
-LC_LANES_FN void sum_unclamped(const ReceiverPacket& packet, const LightNode* nodes, const Record* records,
-                               const ChosenNode* chosen, std::size_t chosen_count, PacketSum& sum, Factor factor_of) {
+LC_LANES_FN void sum_unclamped(const CutTask& task, const Record* records, CutSum& out, Factor factor_of) {
   for (int first = 0; first < kPacketSize; first += Lanes::kCount) {
-    const Receiver<Lanes> receiver = load_receiver(packet, first);
-    LanesVec3 light = broadcast(Vec3{});
-    for (std::size_t i = 0; i < chosen_count; ++i) {
-      if (i + kAhead < chosen_count) __builtin_prefetch(&records[nodes[chosen[i + kAhead].node].representative]);
-      const std::uint32_t lanes = chosen[i].lanes >> first & Lanes::kAllBits;
-      if (lanes == 0) continue;
-      const LightNode& node = nodes[chosen[i].node];
-      light += broadcast(node.intensity) * only(lanes, factor_of(receiver, records[node.representative]));
+    const Receiver<Lanes> receiver = load_receiver<false>(task.receivers, first);
+    const LanesVec3 weights = load(task.weights, first);
+    LaneSum sum;
+    for (std::size_t i = 0; i < task.count; ++i) {
+      const CutLight& from = task.lights[i];
+      Lanes factor = factor_of(receiver, records[from.light]);
+      if (task.shares != nullptr) factor = factor * share_of(task, i, first);
+      sum.add(from, weights, factor);
     }
-    light.x.store(sum.light.x + first);
-    light.y.store(sum.light.y + first);
-    light.z.store(sum.light.z + first);
-    Lanes(0.0f).store(sum.lost + first);
+    sum.store(out, first);
+    Lanes(0.0f).store(out.sum.lost + first);
   }
 }
 
@@ -200,23 +222,18 @@ struct DirectionalFactor {
   }
 };
 
-void sum_points(const ReceiverPacket& packet, const LightNode* nodes, const PointRecord* points,
-                const ChosenNode* chosen, std::size_t chosen_count, PacketSum& sum) {
-  sum_unclamped(packet, nodes, points, chosen, chosen_count, sum, PointFactor{});
+void sum_points(const CutTask& task, const PointRecord* points, CutSum& out) {
+  sum_unclamped(task, points, out, PointFactor{});
 }
 
-void sum_directionals(const ReceiverPacket& packet, const LightNode* nodes, const DirectionalRecord* lights,
-                      const ChosenNode* chosen, std::size_t chosen_count, PacketSum& sum) {
-  sum_unclamped(packet, nodes, lights, chosen, chosen_count, sum, DirectionalFactor{});
+void sum_directionals(const CutTask& task, const DirectionalRecord* lights, CutSum& out) {
+  sum_unclamped(task, lights, out, DirectionalFactor{});
 }
 
 }  // namespace
 
 extern const CutKernels cut_kernels;
-const CutKernels cut_kernels{{start<VplBound>, start<PointBound>, start<DirectionalBound>},
-                             {walk_on<VplBound>, walk_on<PointBound>, walk_on<DirectionalBound>},
-                             sum_vpls,
-                             sum_points,
-                             sum_directionals};
+const CutKernels cut_kernels{
+    {walk_on<VplBound>, walk_on<PointBound>, walk_on<DirectionalBound>}, sum_vpls, sum_points, sum_directionals};
 
 }  // namespace lightcuts::LC_ISA

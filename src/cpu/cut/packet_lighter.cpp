@@ -1,39 +1,31 @@
 #include "cpu/cut/packet_lighter.h"
 
-#include <algorithm>
-
 #include "cpu/progress.h"
 
 namespace lightcuts {
 namespace {
 
-/// Nodes of the first guess: a tenth of a usual cut.
+/// Nodes of the first guess.
 constexpr std::uint32_t kFrontierSize = 64;
+
+/// Shadow rays cost a hundred times as much as choosing: smaller groups have smaller cuts.
+constexpr GroupTuning kUnshadowed{
+    .extent = 0.02f, .cosine = 0.95f, .pixels = kTilePixels, .first_factor = 0.9f, .level_ratio = 1.5f};
+constexpr GroupTuning kShadowed{
+    .extent = 0.02f, .cosine = 0.95f, .pixels = kPacketSize, .first_factor = 1.5f, .level_ratio = 1.2f};
 
 }  // namespace
 
 PacketLighter::PacketLighter(const CutContext& context, const CutKernels& cut, const ShadeKernels& shade)
-    : context_(context), cut_(cut), shade_(shade), frontier_(make_frontier(context.trees, kFrontierSize)) {}
+    : context_(context),
+      cut_(cut),
+      shade_(shade),
+      frontier_(make_frontier(context.trees, context.lights, kFrontierSize)) {}
 
 bool PacketLighter::light(const Tile& tile, Progress& progress, TileLight& out) const {
-  Arrival arrival;
-  for (int p = 0; p < kTilePackets; ++p) {
-    const SurfacePacket& packet = tile.packets[static_cast<std::size_t>(p)];
-    PacketLight lit;
-    cut_packet({context_, frontier_, cut_, shade_}, packet, arrival, lit);
-    for (int lane = 0; lane < kPacketSize; ++lane) {
-      if ((packet.receivers.active >> lane & 1u) == 0) continue;
-      const int pixel = p * kPacketSize + lane;
-      out.light[pixel] = lit.light[lane];
-      out.lost[pixel] = lit.lost[lane];
-      record_cut(out, pixel, static_cast<std::uint64_t>(lit.size[lane]), lit.largest_bound[lane], lit.total[lane],
-                 context_);
-    }
-    out.pairs += lit.pairs;
-    out.rays += lit.rays;
-    if (!progress.advance(1.0 / kTilePackets)) return false;
-  }
-  return true;
+  const GroupTuning& tuning = context_.visibility == nullptr ? kUnshadowed : kShadowed;
+  cut_pixels({context_, frontier_, cut_, shade_, tuning}, tile.packets, scratch_.local(), out);
+  return progress.advance(1);
 }
 
 }  // namespace lightcuts

@@ -1,11 +1,13 @@
 #pragma once
 
-#include "cpu/cut/packet_cut.h"
+#include <tbb/enumerable_thread_specific.h>
+
+#include "cpu/cut/group_cut.h"
 #include "cpu/tile_lighter.h"
 
 namespace lightcuts {
 
-/// Lights the pixels of a tile by cuts that sixteen of them choose together.
+/// Lights the pixels of a tile by cuts that groups of them choose together.
 class PacketLighter final : public TileLighter {
  public:
   PacketLighter(const CutContext& context, const CutKernels& cut, const ShadeKernels& shade);
@@ -16,6 +18,7 @@ class PacketLighter final : public TileLighter {
   const CutKernels& cut_;
   const ShadeKernels& shade_;
   Frontier frontier_;
+  mutable tbb::enumerable_thread_specific<CutScratch> scratch_;
 };
 
 }  // namespace lightcuts

@@ -16,7 +16,7 @@ namespace lightcuts::app::study {
 inline constexpr int kStudyMapSide = 128;
 
 /// Points that are drawn about a texel large, as the study's were: they leave holes for pull-push to fill.
-inline constexpr PointOptions kStudyPoints{.per_map = 8000, .overlap = 0.35f, .seed = 1};
+inline constexpr PointOptions kStudyPoints{.per_map = 16000, .overlap = 0.4f, .seed = 1};
 
 /// The study's room with lights, for looking at single shadow maps. Made on the CPU whatever backend is measured: both
 /// make the same maps.

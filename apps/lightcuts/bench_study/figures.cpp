@@ -31,12 +31,13 @@ struct Square {
 
 /// The study's pull: the mean of the valid ones of four.
 Square pulled(const Square& fine) {
+  const FillRule rule = fill_rule<std::uint16_t>(false, 0);
   Square coarse{Codes(fine.codes.size() / 4), fine.side / 2};
   for (int y = 0; y < coarse.side; ++y) {
     for (int x = 0; x < coarse.side; ++x) {
       coarse.codes[static_cast<std::size_t>(y * coarse.side + x)] =
           pull_texel(fine.at(2 * x, 2 * y), fine.at(2 * x + 1, 2 * y), fine.at(2 * x, 2 * y + 1),
-                     fine.at(2 * x + 1, 2 * y + 1), std::numeric_limits<std::uint32_t>::max(), 1);
+                     fine.at(2 * x + 1, 2 * y + 1), rule.threshold, rule.least);
     }
   }
   return coarse;

@@ -17,6 +17,8 @@ const std::vector<Choice<Visibility>> kVisibilities{
 const std::vector<Choice<BackendKind>> kBackends{
     {"auto", BackendKind::automatic}, {"cpu", BackendKind::cpu}, {"cuda", BackendKind::cuda}};
 const std::vector<Choice<Deposit>> kDeposits{{"physical", Deposit::physical}, {"study", Deposit::study}};
+const std::vector<Choice<VplPlacement>> kVplPlacements{{"power", VplPlacement::power},
+                                                       {"camera", VplPlacement::camera}};
 const std::vector<Choice<TreeBuilder>> kTreeBuilders{
     {"agglomerative", TreeBuilder::agglomerative}, {"ploc", TreeBuilder::ploc}, {"morton", TreeBuilder::morton}};
 const std::vector<Choice<Metric>> kMetrics{{"walter", Metric::walter},
@@ -177,6 +179,12 @@ void add_vpl_options(CLI::App& command, VplOptions& vpls) {
   count->group(group)->excludes(primary)->excludes(each);
   primary->group(group)->needs(each);
   each->group(group)->needs(primary);
+  add_choice(command, "--vpl-placement", vpls.placement, kVplPlacements,
+             "where the light goes; or, of many times more, those that light what the\n"
+             "camera sees: for rooms lit through a gap or from next door")
+      ->group(group)
+      ->excludes(primary)
+      ->excludes(each);
   add_choice(command, "--deposit", vpls.deposit, kDeposits,
              "weight of a light: the flux that its path carries; or the study's\ninverse square")
       ->group(group);

@@ -33,6 +33,7 @@ extern const std::vector<Choice<Method>> kMethods;
 extern const std::vector<Choice<Visibility>> kVisibilities;
 extern const std::vector<Choice<BackendKind>> kBackends;
 extern const std::vector<Choice<Deposit>> kDeposits;
+extern const std::vector<Choice<VplPlacement>> kVplPlacements;
 extern const std::vector<Choice<TreeBuilder>> kTreeBuilders;
 extern const std::vector<Choice<Metric>> kMetrics;
 extern const std::vector<Choice<CutWalk>> kCutWalks;

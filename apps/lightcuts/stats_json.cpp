@@ -47,6 +47,7 @@ Json options_json(const RenderRequest& request) {
            {"primary-lights", o.vpls.primary_lights},
            {"vpls-per-light", o.vpls.vpls_per_light},
            {"bounces", bounces_json(o.vpls.bounces)},
+           {"vpl-placement", name_of(o.vpls.placement, kVplPlacements)},
            {"deposit", name_of(o.vpls.deposit, kDeposits)},
            {"deposit-distance", shortest(o.vpls.deposit_distance)},
            {"error", shortest(o.shade.error)},

@@ -4,6 +4,7 @@
 #include <functional>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,9 +26,18 @@ enum class HoleFill : std::uint8_t { mean, edges };
 /// Which points a shadow map is drawn from: a block of a well-spread order, or the study's noise.
 enum class PointChoice : std::uint8_t { block, noise };
 enum class Sequence : std::uint8_t { sobol, random };
+/// Where VPLs go: where the light goes, or where the camera profits from them.
+enum class VplPlacement : std::uint8_t { power, camera };
 
 /// Bounces that mean "until Russian roulette ends it".
 inline constexpr int kUnlimitedBounces = std::numeric_limits<int>::max();
+
+/// What the camera sees, for VplPlacement::camera.
+struct PlacementView {
+  Camera camera;
+  int width = 0, height = 0;   ///< [pixels]; only their ratio matters
+  float min_distance = 0.01f;  ///< as ShadeOptions has it
+};
 
 /// How the scene's light becomes VPLs.
 struct VplOptions {
@@ -38,6 +48,8 @@ struct VplOptions {
   Deposit deposit = Deposit::physical;
   float deposit_distance = 0;  ///< reference distance of Deposit::study [m], > 0
   Sequence sequence = Sequence::sobol;
+  VplPlacement placement = VplPlacement::power;
+  std::optional<PlacementView> view;  ///< of VplPlacement::camera; `render` fills it in
   std::uint64_t seed = 1;
 };
 

@@ -46,6 +46,14 @@ void check_vpl_options(const VplOptions& o) {
   if (study_layout && o.primary_lights > 0xffffffffu / o.vpls_per_light) {
     throw Error(Code::invalid_argument, "at most 4294967295 light paths can be traced: ask for fewer VPLs per light");
   }
+  if (o.placement == VplPlacement::camera && study_layout) {
+    throw Error(Code::invalid_argument,
+                "the study's layout (primary lights, VPLs per light) fixes where VPLs are; it cannot be placed for the "
+                "camera");
+  }
+  if (o.placement == VplPlacement::camera && !(o.view && o.view->width > 0 && o.view->height > 0)) {
+    throw Error(Code::invalid_argument, "to place VPLs for the camera its view must be given");
+  }
   if (o.count > 0xffffffffu) throw Error(Code::invalid_argument, "at most 4294967295 VPLs can be asked for");
   if (o.bounces < 0) throw Error(Code::invalid_argument, "the number of bounces must not be negative");
   if (o.deposit == Deposit::study && !(o.deposit_distance > 0 && std::isfinite(o.deposit_distance))) {

@@ -15,7 +15,9 @@ enum VplPurpose : std::uint64_t {
   sky_samples = 2,
   punctual_samples = 3,
   pilot_paths = 4,
-  vpl_thinning = 5
+  vpl_thinning = 5,
+  placement_points = 6,
+  placement_choice = 7
 };
 
 /// Number of samples of each kind of emitter. Every kind with power gets at least one.

@@ -8,7 +8,9 @@
 #include <cmath>
 #include <mutex>
 
+#include "backend/vpl_placement.h"
 #include "backend/vpl_plan.h"
+#include "cpu/vpl_placement.h"
 #include "kernels/light_path.h"
 #include "lightcuts/error.h"
 
@@ -16,6 +18,15 @@ namespace lightcuts {
 namespace {
 
 constexpr std::uint64_t kChunk = 512;  ///< paths that one task traces, one after the other
+
+constexpr double kTracingShare = 0.1;  ///< of the time, where candidates are rated afterwards
+
+/// Progress from `begin` to `end` of the stage's.
+ProgressFn part_of(const ProgressFn& progress, double begin, double end) {
+  if (!progress) return {};
+  return
+      [&progress, begin, end](const char* stage, double done) { return progress(stage, begin + done * (end - begin)); };
+}
 
 /// Everything that the helpers below share.
 struct Tracing {
@@ -146,8 +157,7 @@ void thin_out(std::uint64_t first, std::uint64_t wanted, std::uint64_t seed, std
   for (std::uint64_t j = first; j < kept; ++j) vpls[j].intensity *= static_cast<float>(1 / step);
 }
 
-bool trace_counted(const Tracing& t, const ProgressFn& progress, Lights& lights) {
-  const std::uint64_t n = t.options.count;
+bool trace_counted(const Tracing& t, std::uint64_t n, const ProgressFn& progress, Lights& lights) {
   const bool samples = t.area_power() + t.sky_power() > 0;
   const std::uint64_t primary = !samples ? 0 : t.options.bounces == 0 ? n : std::max<std::uint64_t>(1, (n + 2) / 4);
   const VplShares shares = share_by_power(primary, t.area_power(), 0, t.sky_power());
@@ -196,13 +206,18 @@ Lights trace_vpls(const CpuScene& scene, const EmitterTable& emitters, const Ray
     throw Error(Code::no_emitter, "nothing in the scene emits light: add a light or an environment");
   }
   Tracing t{scene.view(), emitters, emitters.view(), tracer, options, {}};
+  const bool for_camera = options.placement == VplPlacement::camera;
   t.path.bounces = std::min(options.bounces, kMaxBounces);
   if (options.deposit == Deposit::study) t.path.study_distance_sq = options.deposit_distance * options.deposit_distance;
   Lights lights;
+  const std::uint64_t wanted = for_camera ? placement_candidates(options.count) : options.count;
   const bool complete =
-      options.primary_lights > 0 ? trace_study_layout(t, progress, lights) : trace_counted(t, progress, lights);
+      options.primary_lights > 0
+          ? trace_study_layout(t, progress, lights)
+          : trace_counted(t, wanted, for_camera ? part_of(progress, 0, kTracingShare) : progress, lights);
   if (!complete) return {};
   add_punctual_lights(scene.scene(), lights);
+  if (for_camera && !place_for_camera(t.scene, tracer, options, part_of(progress, kTracingShare, 1), lights)) return {};
   return lights;
 }
 

@@ -73,6 +73,11 @@ void CudaBackend::trace_vpls(const VplOptions& options, const ProgressFn& progre
   if (!(scene.table.total_power() > 0)) {
     throw Error(Code::no_emitter, "nothing in the scene emits light: add a light or an environment");
   }
+  if (options.placement == VplPlacement::camera) {
+    throw Error(Code::not_built,
+                "placing VPLs for the camera is not part of the CUDA backend yet; choose --backend cpu, or "
+                "--vpl-placement power");
+  }
   if (progress && !progress("vpls", 0)) return;
   device_lights_ = cuda::trace_vpls(device_, scene.traced(), scene.powers(), scene.scene, options);
   device_.synchronize();

@@ -19,7 +19,9 @@ bool gpu_answers() { return cuda_device_count() > 0; }
 #endif
 
 /// What the CUDA backend has so far; `auto` must not choose it for the rest.
-bool gpu_can(const ShadeOptions& shade) {
+bool gpu_can(const RenderOptions& options) {
+  const ShadeOptions& shade = options.shade;
+  if (shade.method != Method::path && options.vpls.placement == VplPlacement::camera) return false;
   return shade.method == Method::path ||
          (shade.method == Method::instant_radiosity && shade.visibility != Visibility::ism);
 }
@@ -28,7 +30,7 @@ bool gpu_can(const ShadeOptions& shade) {
 
 std::unique_ptr<Backend> make_backend(const RenderOptions& options) {
   if (options.backend == BackendKind::cuda) return make_gpu_backend(options);
-  if (options.backend == BackendKind::automatic && gpu_answers() && gpu_can(options.shade)) {
+  if (options.backend == BackendKind::automatic && gpu_answers() && gpu_can(options)) {
     return make_gpu_backend(options);
   }
   return make_cpu_backend(options.threads);

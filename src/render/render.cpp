@@ -109,7 +109,11 @@ class Run {
  private:
   void make_lights() {
     Statistics& s = result_.statistics;
-    s.time_ms.vpls = timed([&] { backend_->trace_vpls(options_.vpls, progress_); });
+    VplOptions vpls = options_.vpls;
+    if (vpls.placement == VplPlacement::camera) {
+      vpls.view = PlacementView{camera_, size_.width, size_.height, options_.shade.min_distance};
+    }
+    s.time_ms.vpls = timed([&] { backend_->trace_vpls(vpls, progress_); });
     if (stopped_) return;
     const Lights& lights = backend_->lights();
     s.vpls.count = lights.vpls.size() + lights.sky_count;

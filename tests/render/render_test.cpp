@@ -161,6 +161,18 @@ TEST_P(Furnace, InstantRadiosityMeetsTheClosedForm) {
   }
 }
 
+TEST_P(Furnace, PlacingForTheCameraChangesNoMean) {
+  RenderOptions options = small(32);
+  options.vpls.count = 4'000;
+  options.vpls.bounces = GetParam();
+  options.vpls.placement = VplPlacement::camera;
+  options.backend = BackendKind::cpu;
+  options.shade.min_distance = 0;
+  const RenderResult result = render(furnace(0.7f), room_camera(), options);
+  EXPECT_NEAR(mean(result.image, "R") / furnace_radiance(0.7, GetParam()), 1, 0.01);
+  EXPECT_NEAR(static_cast<double>(result.statistics.vpls.count), 4'000, 1);
+}
+
 TEST_P(Furnace, PathTracingMeetsTheClosedForm) {
   RenderOptions options = small(32);
   options.shade.method = Method::path;

@@ -17,6 +17,7 @@ void add_render_command(CLI::App& program, const std::vector<std::string>& words
 void add_compare_command(CLI::App& program, Action& action);
 void add_info_command(CLI::App& program, Action& action);
 void add_scenes_command(CLI::App& program, Action& action);
+void add_export_command(CLI::App& program, Action& action);
 void add_bench_command(CLI::App& program, Action& action);
 
 /// Several lines: version, commit, backends, instruction sets.

@@ -112,6 +112,7 @@ int run(const std::vector<std::string>& words) {
   add_compare_command(program, action);
   add_info_command(program, action);
   add_scenes_command(program, action);
+  add_export_command(program, action);
   add_bench_command(program, action);
   if (const auto status = parse(program, words)) return *status;
   if (action) return action();

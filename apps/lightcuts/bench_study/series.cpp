@@ -26,23 +26,23 @@ std::optional<double> Series::at(double lights) const {
 }
 
 std::optional<double> crossing(const Series& slow, const Series& fast) {
+  std::optional<double> at;
   double last_x = 0, last_gap = 0;
-  bool any = false;
   for (std::size_t i = 0; i < slow.lights().size(); ++i) {
     const double x = slow.lights()[i];
     const std::optional<double> other = fast.at(x);
     if (!other) continue;
     const double gap = std::log(slow.seconds()[i] / *other);
-    if (gap >= 0) {
-      if (!any) return x;
-      const double share = last_gap / (last_gap - gap);
-      return std::exp(std::log(last_x) + share * std::log(x / last_x));
+    if (gap < 0) {
+      at.reset();
+    } else if (!at) {
+      const double share = last_x > 0 ? last_gap / (last_gap - gap) : 1;
+      at = last_x > 0 ? last_x * std::pow(x / last_x, share) : x;
     }
-    any = true;
     last_x = x;
     last_gap = gap;
   }
-  return std::nullopt;
+  return at;
 }
 
 }  // namespace lightcuts::app::study

@@ -23,8 +23,8 @@ class Series {
   std::vector<double> lights_, seconds_;
 };
 
-/// Number of lights from which on `fast` takes less time than `slow`, interpolated between logarithms where both were
-/// measured; nullopt if it never does. The smallest number measured if it always does.
+/// Number of lights from which on `fast` takes less time than `slow` and keeps to it, interpolated between logarithms;
+/// nullopt if it does not where both were measured last. The smallest number measured if it always does.
 std::optional<double> crossing(const Series& slow, const Series& fast);
 
 }  // namespace lightcuts::app::study

@@ -171,7 +171,7 @@ def plot_figure_4(report):
     if not ours:
         return False
     present = [v for v in ("ism", "rays", "none") if any(r["visibility"] == v for r in ours)]
-    figure, all_axes = plt.subplots(1, len(present), figsize=(3.7 * len(present), 4.2), sharey=True, squeeze=False)
+    figure, all_axes = plt.subplots(1, len(present), figsize=(3.7 * len(present), 5.2), sharey=True, squeeze=False)
     for axes, visibility in zip(all_axes[0], present):
         if visibility == "ism":
             for method, style in (("all lights, 4096 threads", "s--"), ("cut by heap, 4096 threads", "s--"),
@@ -189,7 +189,7 @@ def plot_figure_4(report):
                               xytext=(3, -10), textcoords="offset points", color=RED, fontsize=8)
         log_log(axes, "lights", "microseconds a pixel" if axes is all_axes[0][0] else "")
         axes.set_title(VISIBILITY_NAMES[visibility], fontsize=10)
-        axes.legend(fontsize=7)
+        axes.legend(fontsize=7, loc="upper center", bbox_to_anchor=(0.5, -0.16))
     report.save(figure, "figure-4")
     return True
 
@@ -199,7 +199,7 @@ def plot_figure_5(report):
     if not ours:
         return False
     sides = sorted({r["side"] for r in ours})
-    figure, all_axes = plt.subplots(1, len(sides), figsize=(4.6 * len(sides), 4), squeeze=False)
+    figure, all_axes = plt.subplots(1, len(sides), figsize=(4.8 * len(sides), 5), squeeze=False)
     for axes, side in zip(all_axes[0], sides):
         if side == 50:
             for method, colour in (("all lights", "#c9a25a"), ("cut by heap", "#7fb8a4")):
@@ -214,7 +214,7 @@ def plot_figure_5(report):
         lights = sorted({r["lights"] for r in ours})
         axes.set_xticks(lights, [short(n) for n in lights])
         axes.set_title(f"{side}x{side} pixels", fontsize=10)
-        axes.legend(fontsize=7)
+        axes.legend(fontsize=7, loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2)
     report.save(figure, "figure-5")
     return True
 
@@ -527,7 +527,7 @@ STYLE = """
 body { font: 16px/1.55 system-ui, sans-serif; color: #1c1c1c; background: #fff; max-width: 60rem; margin: 0 auto; padding: 1rem; }
 h1 { font-size: 1.7rem; line-height: 1.2; } h2 { font-size: 1.2rem; margin-top: 2.5rem; }
 .box { background: #f4f6f8; border-left: 4px solid #0072b2; padding: .6rem 1rem; margin: 1rem 0; }
-figure { margin: 1rem 0; } figure img { width: 100%; height: auto; }
+figure { margin: 1rem 0; overflow-x: auto; } figure img { width: 100%; height: auto; } figure.plot img { min-width: 36rem; }
 .grid { display: grid; grid-template-columns: repeat(auto-fill, minmax(9rem, 1fr)); gap: .6rem; }
 .grid figure { margin: 0; } .grid figcaption { font-size: .8rem; line-height: 1.3; }
 .table { overflow-x: auto; } table { border-collapse: collapse; font-size: .8rem; }
@@ -535,7 +535,7 @@ th, td { padding: .15rem .5rem; text-align: right; border-bottom: 1px solid #ddd
 th:first-child, td:first-child { text-align: left; }
 tr.published td { color: #777; font-style: italic; }
 summary { cursor: pointer; color: #0072b2; } small { color: #555; }
-@media print { body { max-width: none; font-size: 10pt; } details[open] summary { display: none; }
+@media print { figure.plot img { min-width: 0; } body { max-width: none; font-size: 10pt; } details[open] summary { display: none; }
   figure, .box { break-inside: avoid; } h2 { break-after: avoid; } }
 """
 
@@ -570,7 +570,7 @@ def section(report, name, title, words, tables):
     if name in ("figure-2", "figure-3"):
         image = image.with_suffix(".png")
     parts = [f"<h2 id='{name}'>{html.escape(title)}</h2>", f"<p>{html.escape(words)}</p>",
-             f"<figure><img src='{embedded(image)}' alt='{html.escape(title)}'></figure>"]
+             f"<figure class='plot'><img src='{embedded(image)}' alt='{html.escape(title)}'></figure>"]
     return "\n".join(parts + [table_html(report, t) for t in tables])
 
 

@@ -1,0 +1,271 @@
+"""Renders the same scenes with lightcuts, Mitsuba 3 and Cycles, and says how far they agree and what each takes.
+
+    compare.py [--lightcuts build/bin/lightcuts] [--rooms FOLDER] [--output out/peers] [--size 128x128] [--samples 64]
+
+Run by `./dev peers`, in the environment that it makes. Every scene is exported by `lightcuts export`, so that geometry,
+materials, lights and camera are the same. Finished pictures are kept and not rendered again for the same options.
+
+Agreement: two pictures of different seeds by each renderer; the mean over pixels and channels of (a1 - b1) (a2 - b2) /
+(b^2 + 0.01 m^2) is the relMSE without either's noise, zero if both converge to the same picture. b is taken from the pixels
+around, whose noise is another. Errors in time: the same measure against our path tracer's reference.
+"""
+
+import argparse
+import json
+import math
+import os
+import pathlib
+import resource
+import subprocess
+import sys
+
+import numpy as np
+
+HERE = pathlib.Path(__file__).resolve().parent
+RENDERERS = ("lightcuts", "mitsuba", "cycles")
+
+
+def read_exr(path):
+    import mitsuba as mi
+    if mi.variant() is None:
+        mi.set_variant("scalar_rgb")
+    bitmap = mi.Bitmap(str(path))
+    planes = {name: np.array(part) for name, part in bitmap.split()} if bitmap.channel_count() > 4 else {"": np.array(bitmap)}
+    return next(iter(planes.values()))[..., :3].astype(np.float64)
+
+
+def neighbours_mean(image):
+    """Mean of the eight pixels around each; at borders of those that there are."""
+    total = np.zeros_like(image)
+    count = np.zeros(image.shape[:2] + (1,))
+    height, width = image.shape[:2]
+    for dy in (-1, 0, 1):
+        for dx in (-1, 0, 1):
+            if dx == dy == 0:
+                continue
+            to = (slice(max(0, -dy), height - max(0, dy)), slice(max(0, -dx), width - max(0, dx)))
+            of = (slice(max(0, dy), height + min(0, dy)), slice(max(0, dx), width + min(0, dx)))
+            total[to] += image[of]
+            count[to] += 1
+    return total / count
+
+
+def relmse_without_noise(a, b):
+    """Of two pairs of pictures; the value and its standard error."""
+    reference = (b[0] + b[1]) / 2
+    scale = neighbours_mean(reference) ** 2 + 0.01 * (reference @ [0.2126, 0.7152, 0.0722]).mean() ** 2
+    pixels = ((a[0] - b[0]) * (a[1] - b[1]) / scale).mean(axis=2)
+    return pixels.mean(), pixels.std() / math.sqrt(pixels.size)
+
+
+def relmse(a, b):
+    scale = b ** 2 + 0.01 * (b @ [0.2126, 0.7152, 0.0722]).mean() ** 2
+    return ((a - b) ** 2 / scale).mean()
+
+
+def ratio_of_means(a, b):
+    """Means of a over those of b, and the standard error of the ratio of luminance."""
+    ratio = [(a[0] + a[1])[..., c].mean() / (b[0] + b[1])[..., c].mean() for c in range(3)]
+    weights = [0.2126, 0.7152, 0.0722]
+    variances = [((p[0] - p[1]) @ weights).var() / 4 / p[0][..., 0].size for p in (a, b)]
+    mean = ((b[0] + b[1]) / 2 @ weights).mean()
+    return ratio, math.sqrt(sum(variances)) / mean
+
+
+class Peers:
+    def __init__(self, options):
+        self.options = options
+        self.folder = pathlib.Path(options.output)
+        self.folder.mkdir(parents=True, exist_ok=True)
+        self.kept_file = self.folder / f"kept-{options.size}.json"
+        self.kept = json.loads(self.kept_file.read_text()) if self.kept_file.exists() else {}
+        self.missing = {}
+
+    def run(self, words, key, needs):
+        """Runs a program that prints JSON last; returns that with its processor time, kept from an earlier run if its files are there."""
+        if key in self.kept and all(pathlib.Path(f).exists() for f in needs):
+            return self.kept[key]
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        done = subprocess.run(list(map(str, words)), capture_output=True, text=True, check=False)
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        if done.returncode != 0:
+            reason = (done.stderr or done.stdout).strip().splitlines() or [f"status {done.returncode}"]
+            raise RuntimeError(f"{pathlib.Path(str(words[0])).name} {key}: {reason[-1]}")
+        lines = [line for line in done.stdout.splitlines() if line.startswith("{")]
+        result = json.loads(lines[-1]) if lines else {}
+        result["process_cpu_s"] = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+        self.kept[key] = result
+        temporary = self.kept_file.with_suffix(".tmp")
+        temporary.write_text(json.dumps(self.kept, indent=1))
+        temporary.replace(self.kept_file)
+        return result
+
+    def export(self, name, spec):
+        for ending in ("xml", "glb"):
+            target = self.folder / f"{name}.{ending}"
+            if not target.exists():
+                subprocess.run([self.options.lightcuts, "export", spec, target], check=True, capture_output=True)
+
+    def ours(self, name, spec, samples, seed, extra=("--method", "path"), tag="path"):
+        """One picture; seconds are those of the stages, loading and writing left out."""
+        out = self.folder / f"{name}-lightcuts-{tag}-{samples}-{seed}.exr"
+        stats = out.with_suffix(".json")
+        words = [self.options.lightcuts, "render", spec, "--quiet", "--backend", "cpu", "--size", self.options.size,
+                 "--samples", samples, "--seed", seed, "-o", out, "--stats", stats, *extra]
+        if self.options.threads:
+            words += ["--threads", self.options.threads]
+        result = self.run(words, out.name, [out, stats])
+        found = json.loads(stats.read_text())
+        times = found["time_ms"]
+        result.update(seconds=sum(times[k] for k in ("bvh", "vpls", "tree", "shadow_maps", "shade")) / 1e3,
+                      memory_bytes=found["memory_bytes"]["host_peak"])
+        return out, result
+
+    def theirs(self, renderer, name, samples, seed):
+        """Pictures of several numbers of samples by one program."""
+        script = HERE / f"render_{renderer}.py"
+        scene = self.folder / f"{name}.{'xml' if renderer == 'mitsuba' else 'glb'}"
+        out = self.folder / f"{name}-{renderer}-SAMPLES-{seed}.exr"
+        files = [str(out).replace("SAMPLES", str(s)) for s in samples]
+        words = [sys.executable, script, scene, out, "--size", self.options.size, "--seed", seed, "--samples", *samples]
+        if self.options.threads:
+            words += ["--threads", self.options.threads]
+        if renderer == "mitsuba":
+            words += ["--variant", self.options.variant]
+        return files, self.run(words, f"{name}-{renderer}-{'-'.join(map(str, samples))}-{seed}", files)
+
+    def halves(self, renderer, name, spec, samples):
+        """Two pictures of different seeds."""
+        if renderer == "lightcuts":
+            return [read_exr(self.ours(name, spec, samples, seed)[0]) for seed in (11, 12)]
+        return [read_exr(self.theirs(renderer, name, [samples], seed)[0][0]) for seed in (11, 12)]
+
+    def try_halves(self, renderer, name, spec, samples):
+        try:
+            return self.halves(renderer, name, spec, samples)
+        except RuntimeError as error:
+            self.missing[f"{renderer}, {name}"] = str(error)
+            print(f"left out: {error}", file=sys.stderr)
+            return None
+
+    def agreement(self, rooms):
+        rows = []
+        for name, spec in rooms:
+            self.export(name, spec)
+            pictures = {r: self.try_halves(r, name, spec, self.options.samples) for r in RENDERERS}
+            for renderer in RENDERERS[1:]:
+                if pictures[renderer] is None or pictures["lightcuts"] is None:
+                    continue
+                ours, theirs = pictures["lightcuts"], pictures[renderer]
+                value, error = relmse_without_noise(ours, theirs)
+                ratio, ratio_error = ratio_of_means(ours, theirs)
+                rows.append({"room": name, "renderer": renderer, "relmse": value, "standard_error": error,
+                             "with_noise": relmse(sum(ours) / 2, sum(theirs) / 2), "ratio": ratio, "ratio_error": ratio_error,
+                             "agrees": abs(value) <= 3 * error})
+                print(agreement_line(rows[-1]), flush=True)
+        return rows
+
+    def race(self, rooms, counts, vpls):
+        """Error against time, and memory."""
+        rows = []
+        for name, spec in rooms:
+            self.export(name, spec)
+            truth = self.halves("lightcuts", name, spec, self.options.reference)
+
+            def add(renderer, what, seconds, memory, file, room=name, reference=truth):
+                image = read_exr(file)
+                value, error = relmse_without_noise([image, image], reference)
+                rows.append({"room": room, "renderer": renderer, "samples": what, "seconds": seconds, "relmse": value,
+                             "standard_error": error, "memory_bytes": memory})
+                print(race_line(rows[-1]), flush=True)
+
+            for count in counts:
+                out, found = self.ours(name, spec, count, 3)
+                add("lightcuts path", f"{count} paths", found["seconds"], found["memory_bytes"], out)
+            for count in vpls:
+                out, found = self.ours(name, spec, 4, 3, ("--method", "lightcuts", "--vpls", count), f"cut-{count}")
+                add("lightcuts cut", f"{count} VPLs, 4 samples", found["seconds"], found["memory_bytes"], out)
+            for renderer in RENDERERS[1:]:
+                try:
+                    files, found = self.theirs(renderer, name, counts, 3)
+                except RuntimeError as error:
+                    self.missing[f"{renderer}, {name}"] = str(error)
+                    continue
+                for count, file, one in zip(counts, files, found["renders"]):
+                    add(found["renderer"], f"{count} paths", one["seconds"], found["memory_bytes"], file)
+        return rows
+
+
+def agreement_line(r):
+    ratios = " ".join(f"{x:.4f}" for x in r["ratio"])
+    return (f"| {r['room']} | {r['renderer']} | {r['relmse']:.5f} ± {r['standard_error']:.5f} | {r['with_noise']:.4f} | {ratios} "
+            f"| {r['ratio_error']:.4f} | {'yes' if r['agrees'] else 'no'} |")
+
+
+def race_line(r):
+    return (f"| {r['room']} | {r['renderer']} | {r['samples']} | {r['seconds']:.3g} | {r['relmse']:.4f} ± {r['standard_error']:.4f} "
+            f"| {r['memory_bytes'] / 1e6:.0f} |")
+
+
+def plot(rows, path):
+    try:
+        import matplotlib
+        matplotlib.use("Agg")
+        import matplotlib.pyplot as plt
+    except ImportError:
+        return
+    rooms = list(dict.fromkeys(r["room"] for r in rows))
+    figure, all_axes = plt.subplots(1, len(rooms), figsize=(4 * len(rooms), 3.6), squeeze=False)
+    for axes, room in zip(all_axes[0], rooms):
+        for renderer, style in zip(dict.fromkeys(r["renderer"] for r in rows), ("o-", "D-", "s--", "^--")):
+            points = [(r["seconds"], r["relmse"]) for r in rows if r["room"] == room and r["renderer"] == renderer and r["relmse"] > 0]
+            if points:
+                axes.plot(*zip(*points), style, label=renderer)
+        axes.set_xscale("log")
+        axes.set_yscale("log")
+        axes.set_xlabel("seconds")
+        axes.set_ylabel("relMSE")
+        axes.set_title(room)
+        axes.grid(alpha=0.3)
+    all_axes[0][0].legend(fontsize=7)
+    figure.tight_layout()
+    figure.savefig(path, dpi=130)
+
+
+def find_rooms(options):
+    rooms = [("study", "builtin:study")]
+    folder = pathlib.Path(options.rooms)
+    if folder.is_dir():
+        rooms += [(p.parent.name, str(p)) for p in sorted(folder.glob("*/scene.gltf"))]
+    return [r for r in rooms if not options.only or r[0] in options.only]
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--lightcuts", default="build/bin/lightcuts")
+    parser.add_argument("--rooms", default="../shared/scenes/rooms")
+    parser.add_argument("--only", nargs="+", help="names of rooms; default: all")
+    parser.add_argument("--output", default="out/peers")
+    parser.add_argument("--size", default="128x128")
+    parser.add_argument("--samples", type=int, default=64, help="paths a pixel of each of the two pictures that are compared")
+    parser.add_argument("--reference", type=int, default=256, help="paths a pixel of each half of the reference")
+    parser.add_argument("--race", nargs="*", default=["study", "modern-hall"], help="rooms for error against time")
+    parser.add_argument("--threads", type=int, default=0)
+    parser.add_argument("--variant", default="llvm_ad_rgb", help="of Mitsuba; cuda_ad_rgb where a GPU answers")
+    options = parser.parse_args()
+    options.lightcuts = os.path.abspath(options.lightcuts)
+    peers = Peers(options)
+    rooms = find_rooms(options)
+    print("| room | against | relmse without noise | with noise | ratio of means R G B | its standard error | within noise |\n"
+          "|---|---|---:|---:|---:|---:|---|")
+    agreement = peers.agreement(rooms)
+    print("\n| room | renderer | | seconds | relmse without the reference's noise | memory [MB] |\n|---|---|---|---:|---:|---:|")
+    race = peers.race([r for r in rooms if r[0] in options.race], [1, 4, 16, 64], [1000, 10000])
+    plot(race, peers.folder / "error-against-time.png")
+    report = {"options": vars(options), "agreement": agreement, "race": race, "missing": peers.missing}
+    (peers.folder / "peers.json").write_text(json.dumps(report, indent=1, default=float))
+    print(f"\nwrote {peers.folder / 'peers.json'} and {peers.folder / 'error-against-time.png'}")
+
+
+if __name__ == "__main__":
+    main()

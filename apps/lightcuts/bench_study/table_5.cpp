@@ -42,16 +42,23 @@ class Lit {
  public:
   explicit Lit(Study& study) : study_(study) {}
 
-  void set(std::uint64_t n) {
+  void set_lights(std::uint64_t n) {
     if (n == n_) return;
     Backend& backend = study_.backend();
-    if (n_ == 0) backend.set_scene(study_room(), study_.progress());
+    if (!loaded_) backend.set_scene(study_room(), study_.progress());
+    loaded_ = true;
     n_ = 0;
+    has_tree_ = false;
     backend.trace_vpls(study_lights(n), study_.progress());
     study_.stop_if_asked();
-    backend.build_light_tree({}, study_.progress());
-    study_.stop_if_asked();
     n_ = n;
+  }
+
+  void build_tree() {
+    if (has_tree_) return;
+    study_.backend().build_light_tree({}, study_.progress());
+    study_.stop_if_asked();
+    has_tree_ = true;
   }
 
   Image shade(int side, const ShadeOptions& options, Statistics& statistics) {
@@ -63,6 +70,7 @@ class Lit {
 
  private:
   Study& study_;
+  bool loaded_ = false, has_tree_ = false;
   std::uint64_t n_ = 0;
 };
 
@@ -76,7 +84,8 @@ std::optional<double> error_of(Lit& lit, std::uint64_t n, const ShadeOptions& op
 }
 
 Json measure_frame(Study& study, Lit& lit, std::uint64_t n, const Curve& curve) {
-  lit.set(n);
+  lit.set_lights(n);
+  if (curve.options.method == Method::lightcuts) lit.build_tree();
   const std::optional<double> error = error_of(lit, n, curve.options);
   Statistics statistics;
   Json found = time_repeatedly(study.sizes().repeats, study.request().budget_s / 4, [&] {

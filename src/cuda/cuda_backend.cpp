@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 
 #include "backend/emitter_table.h"
 #include "backend/scene_arrays.h"
 #include "cuda/film.h"
+#include "cuda/light_by_maps.h"
 #include "lightcuts/error.h"
 
 namespace lightcuts::cuda {
@@ -17,10 +19,6 @@ void require_built(const ShadeOptions& options) {
     throw Error(Code::not_built,
                 "the method lightcuts is not part of the CUDA backend yet; choose --backend cpu, or "
                 "instant-radiosity or path");
-  }
-  if (options.method != Method::path && options.visibility == Visibility::ism) {
-    throw Error(Code::not_built,
-                "imperfect shadow maps are not part of the CUDA backend yet; choose --backend cpu, or rays or none");
   }
 }
 
@@ -42,11 +40,18 @@ struct CudaBackend::Loaded {
             table.power(e.punctual_end(), e.entry_count())};
   }
 
+  /// Made when maps first need them.
+  const DeviceEdges& edges(Device& device) {
+    if (!hard_edges) hard_edges.emplace(device, arrays.view());
+    return *hard_edges;
+  }
+
   const Scene& scene;
   SceneArrays arrays;
   EmitterTable table;
   DeviceScene on_device;
   DeviceEmitters emitters;
+  std::optional<DeviceEdges> hard_edges;
 };
 
 CudaBackend::CudaBackend(int index, std::uint64_t memory_limit) : device_(index, memory_limit) {}
@@ -172,12 +177,24 @@ ShadeResult CudaBackend::shade(const Camera& camera, int width, int height, cons
   const LightArrays lights{d.vpls.data(), d.points.data(), d.directionals.data(),
                            d.vpl_count,   d.point_count,   d.directional_count};
   const float min_distance = options.min_distance * scene.arrays.view().diagonal;
+  std::optional<MapLighter> by_maps;
+  if (!path && options.visibility == Visibility::ism) {
+    const std::uint64_t left = device_.limit() - device_.used();
+    const std::uint64_t budget = memory_bytes > 0 ? std::min(left, memory_bytes - needed) : left;
+    by_maps.emplace(device_, traced.scene, scene.edges(device_), lights, options, budget);
+  }
   double light = 0, lost = 0;
   while (!path && running && done < samples) {
     film.clear_sums();
     trace_pixels(device_, traced, grid, done, film.pixels());
-    sum_all_lights(device_, traced, grid, film.pixels(), lights, options.visibility == Visibility::rays, min_distance,
-                   {film.light(), film.lost(), film.rays()});
+    const SumView sums{film.light(), film.lost(), film.rays()};
+    if (by_maps) {
+      const auto part = [&](double share) { return !progress || progress("shade", (done + share) / samples); };
+      if (!by_maps->light(grid, film.pixels(), min_distance, sums, part)) break;
+    } else {
+      sum_all_lights(device_, traced, grid, film.pixels(), lights, options.visibility == Visibility::rays, min_distance,
+                     sums);
+    }
     add_sample(device_, grid, film.pixels(), film.light(), film.film());
     const DeviceFilm::Totals totals = film.totals();
     light += totals.light;
@@ -188,6 +205,7 @@ ShadeResult CudaBackend::shade(const Camera& camera, int width, int height, cons
     planes = ++done;
     running = go_on();
   }
+  if (by_maps) by_maps->report(statistics);
   statistics.clamped = lost > 0 ? lost / (light + lost) : 0;
   statistics.memory_bytes.device_peak = device_.peak();
   return {film.image(planes, done, samples), done == samples};

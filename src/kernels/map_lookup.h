@@ -31,7 +31,7 @@ static_assert(sizeof(MapRecord) == 64);
 
 template <class Depth>
 LC_KERNEL MapRecord make_map_record(const MapView& view, int size) {
-  const float steps = kDepthSteps<Depth> * (1 / max_of(view.far, 1e-30f));
+  const float steps = kDepthSteps<Depth> / max_of(view.far, 1e-30f);
   const float texel = 2.0f / static_cast<float>(size), spread = view.half_width == 0 ? 1.0f : view.half_width;
   MapRecord map;
   map.origin = view.origin;
@@ -77,62 +77,88 @@ LC_KERNEL float quick_inverse_root(float v) {
 #endif
 }
 
-/// Adding it to a small number of at least 0 rounds that to a whole number, which is then the low bits of the sum.
+/// The larger and the smaller of two numbers, neither a NaN, in one instruction.
+LC_KERNEL float larger(float a, float b) {
+#if defined(__CUDA_ARCH__)
+  return fmaxf(a, b);
+#else
+  return max_of(a, b);
+#endif
+}
+LC_KERNEL float smaller(float a, float b) {
+#if defined(__CUDA_ARCH__)
+  return fminf(a, b);
+#else
+  return min_of(a, b);
+#endif
+}
+
+/// Adding it to a number from 0 to 2^22 rounds that to a whole one, which is then the low bits of the sum.
 inline constexpr float kWholeMagic = 8388608.0f;  // 2^23
 inline constexpr std::uint32_t kWholeBits = 0x4b000000u;
 
-/// What the taps of one receiver are compared with. A tap passes where (code + bias) max(1 + change, 1) >= depth; with
-/// `subtracts` where code + bias >= depth + min(change, 0).
+/// What the taps of one receiver are compared with. A tap passes where (code + bias) max(change, 1) >= depth, or, of
+/// orthographic maps, where code + bias >= depth + min(change, 0).
 struct TapTest {
-  float depth, bias;                 ///< [codes]
+  float minus_depth, bias;           ///< [codes]
   float change, change_x, change_y;  ///< at the centre tap; from a texel to the next
-  float x, y;                        ///< the centre texel, whole numbers
+  float x, y;                        ///< the centre texel, whole numbers plus kWholeMagic
 };
 
 /// The receiver's texel along one axis: `at` is its coordinate in [-1, 1].
 struct TexelPlace {
-  float whole, rest;  ///< index; from the receiver to the texel's centre, in texels
+  float index;  ///< plus kWholeMagic
+  float rest;   ///< from the receiver to the texel's centre, in texels
 };
 LC_KERNEL TexelPlace texel_place(float at, int size) {
   const float half = 0.5f * static_cast<float>(size);
   const float place = at * half + (half - 0.5f);
-  const float whole = (clamp_to(place, 0.0f, static_cast<float>(size - 1)) + kWholeMagic) - kWholeMagic;
-  return {whole, whole - place};
+  const float index = smaller(larger(place, 0.0f), static_cast<float>(size - 1)) + kWholeMagic;
+  return {index, (index - kWholeMagic) - place};
+}
+
+/// 1 / v, where v is taken for a small number of its sign if it is nearer to 0.
+LC_KERNEL float inverse_facing(float v) {
+#if defined(__CUDA_ARCH__)
+  return quick_reciprocal(copysignf(fmaxf(fabsf(v), kLeastFacing), v));
+#else
+  return 1 / away_from_zero(v);
+#endif
 }
 
 LC_KERNEL TapTest paraboloid_taps(const MapRecord& map, Vec3 local, Vec3 normal, int size) {
-  const float texel = 2.0f / static_cast<float>(size);
-  const float inverse = quick_inverse_root(max_of(dot(local, local), 1e-30f));
-  const float distance = dot(local, local) * inverse, sum = max_of(distance + local.z, 1e-30f);
+  const float texel = 2.0f / static_cast<float>(size), distance_sq = larger(dot(local, local), 1e-30f);
+  const float inverse = quick_inverse_root(distance_sq);
+  const float distance = distance_sq * inverse, sum = larger(distance + local.z, 1e-30f);
   const float scale = quick_reciprocal(sum);
   const float u = local.x * scale, v = local.y * scale;
   const float facing = dot(local, normal) * inverse;
-  const float slope = texel * sum * inverse * quick_reciprocal(away_from_zero(facing));
-  const float along = facing + normal.z;
+  const float slope = (texel * sum) * (inverse * inverse_facing(facing));
+  const float minus_along = -facing - normal.z;
   const TexelPlace x = texel_place(u, size), y = texel_place(v, size);
   TapTest test;
-  test.depth = distance * map.steps;
+  test.minus_depth = -distance * map.steps;
   test.bias = sum * map.bias_steps + 1;
-  test.change_x = slope * (normal.x - u * along);
-  test.change_y = slope * (normal.y - v * along);
-  test.change = test.change_x * x.rest + test.change_y * y.rest;
-  test.x = x.whole;
-  test.y = y.whole;
+  test.change_x = slope * (u * minus_along + normal.x);
+  test.change_y = slope * (v * minus_along + normal.y);
+  test.change = test.change_x * x.rest + (test.change_y * y.rest + 1);
+  test.x = x.index;
+  test.y = y.index;
   return test;
 }
 
 LC_KERNEL TapTest orthographic_taps(const MapRecord& map, Vec3 local, Vec3 normal, int size) {
   const float texel = 2.0f / static_cast<float>(size), scale = 1 / map.half_width;
-  const float slope = -texel * map.half_width * map.steps * quick_reciprocal(away_from_zero(normal.z));
+  const float slope = -texel * map.half_width * map.steps * inverse_facing(normal.z);
   const TexelPlace x = texel_place(local.x * scale, size), y = texel_place(local.y * scale, size);
   TapTest test;
-  test.depth = local.z * map.steps;
+  test.minus_depth = -local.z * map.steps;
   test.bias = map.bias_steps + 1;
   test.change_x = slope * normal.x;
   test.change_y = slope * normal.y;
   test.change = test.change_x * x.rest + test.change_y * y.rest;
-  test.x = x.whole;
-  test.y = y.whole;
+  test.x = x.index;
+  test.y = y.index;
   return test;
 }
 
@@ -162,35 +188,47 @@ struct BiasedCode {
 template <bool Paraboloid>
 LC_KERNEL std::uint32_t tap_blocked(const TapTest& test, float change, float reach) {
   const float over =
-      Paraboloid ? reach * max_of(1 + change, 1.0f) - test.depth : reach - (test.depth + min_of(change, 0.0f));
+      Paraboloid ? reach * larger(change, 1.0f) + test.minus_depth : reach + (test.minus_depth - smaller(change, 0.0f));
   return bits_of(over) >> 31;
+}
+
+/// Asks the five taps of a texel at the map's border, which stands for its missing neighbours.
+template <class Depth, bool Paraboloid>
+LC_KERNEL std::uint32_t border_taps_blocked(const TapTest& test, const BiasedCode<Depth>& reach, int x, int y, int side,
+                                            const Depth* codes) {
+  std::uint32_t blocked = 0;
+#if defined(__CUDA_ARCH__)
+#pragma unroll 1  // rare: the others' addresses and changes shall not be computed this way
+#endif
+  for (int tap = 0; tap < kTaps; ++tap) {
+    const int i = clamp_to(x + tap_x(tap), 0, side - 1), j = clamp_to(y + tap_y(tap), 0, side - 1);
+    const float change =
+        test.change + static_cast<float>(i - x) * test.change_x + static_cast<float>(j - y) * test.change_y;
+    blocked += tap_blocked<Paraboloid>(test, change, reach(codes[j * side + i]));
+  }
+  return blocked;
 }
 
 /// Asks the five taps; `Size` 0: as `size` says, which must be a power of two or `Size`.
 template <class Depth, bool Paraboloid, int Size>
 LC_KERNEL float ask_taps(const TapTest& test, int size, const Depth* codes) {
-  const int side = Size > 0 ? Size : size, last = side - 1;
-  const auto x = static_cast<int>(bits_of(test.x + kWholeMagic) - kWholeBits);
-  const auto y = static_cast<int>(bits_of(test.y + kWholeMagic) - kWholeBits);
+  const int side = Size > 0 ? Size : size;
+  const std::uint32_t x = bits_of(test.x) - kWholeBits, y = bits_of(test.y) - kWholeBits;
+  const auto inner = static_cast<std::uint32_t>(side - 2);
   const BiasedCode<Depth> reach(test.bias);
-  const Depth* at = codes + y * side + x;
-  std::uint32_t blocked = tap_blocked<Paraboloid>(test, test.change, reach(at[0]));
-  if (x > 0 && x < last && y > 0 && y < last) {
+  std::uint32_t blocked = 0;
+  if (x - 1 < inner && y - 1 < inner) {
+    const Depth* const at = codes + (y * static_cast<std::uint32_t>(side) + x);
+    blocked = tap_blocked<Paraboloid>(test, test.change, reach(at[0]));
     blocked += tap_blocked<Paraboloid>(test, test.change + test.change_x, reach(at[1]));
     blocked += tap_blocked<Paraboloid>(test, test.change - test.change_x, reach(at[-1]));
     blocked += tap_blocked<Paraboloid>(test, test.change + test.change_y, reach(at[side]));
     blocked += tap_blocked<Paraboloid>(test, test.change - test.change_y, reach(at[-side]));
   } else {
-    // At the border the texel stands for its missing neighbour.
-    const int right = x < last ? 1 : 0, left = x > 0 ? 1 : 0, above = y < last ? 1 : 0, below = y > 0 ? 1 : 0;
-    blocked += tap_blocked<Paraboloid>(test, test.change + static_cast<float>(right) * test.change_x, reach(at[right]));
-    blocked += tap_blocked<Paraboloid>(test, test.change - static_cast<float>(left) * test.change_x, reach(at[-left]));
-    blocked +=
-        tap_blocked<Paraboloid>(test, test.change + static_cast<float>(above) * test.change_y, reach(at[above * side]));
-    blocked += tap_blocked<Paraboloid>(test, test.change - static_cast<float>(below) * test.change_y,
-                                       reach(at[-below * side]));
+    blocked =
+        border_taps_blocked<Depth, Paraboloid>(test, reach, static_cast<int>(x), static_cast<int>(y), side, codes);
   }
-  return (kWholeMagic + 5 - float_of(kWholeBits + blocked)) * (1.0f / kTaps);
+  return (kWholeMagic + 5 - float_of(kWholeBits | blocked)) * (1.0f / kTaps);
 }
 
 }  // namespace detail
@@ -204,7 +242,7 @@ LC_FN Vec3 to_map(const MapRecord& map, Vec3 position) {
 /// Share of light that arrives at a receiver: five lookups, the results averaged.
 ///
 /// @param local   to_map(map, position)
-/// @param ng      its unit geometric normal, world space
+/// @param ng      its unit geometric normal, world space; on which side does not matter
 /// @param codes   the map's, row by row, `size` * `size`
 /// The view's kind is a template parameter, as all maps of a kind of light have it; so is the size where it is known.
 template <class Depth, bool Paraboloid, int Size = 0>

@@ -91,8 +91,10 @@ TEST_P(Pictures, OverTheSameLightsAgree) {
   cpu->trace_vpls(vpls, {});
   gpu->set_lights(cpu->lights());
   const Camera camera = select_camera(scene, "");
-  for (const Visibility visibility : {Visibility::none, Visibility::rays}) {
+  for (const Visibility visibility : {Visibility::none, Visibility::rays, Visibility::ism}) {
     ShadeOptions options;
+    options.ism_size = 32;
+    options.ism_points = 2000;
     options.method = Method::instant_radiosity;
     options.visibility = visibility;
     Statistics of_cpu, of_gpu;
@@ -100,7 +102,10 @@ TEST_P(Pictures, OverTheSameLightsAgree) {
     const Image b = gpu->shade(camera, 101, 67, options, 0, of_gpu, {}).image;
     const Comparison difference = compare(b, a);
     std::printf("  %s, %s: relmse %.2e, clamped %.6f and %.6f\n", GetParam(),
-                visibility == Visibility::rays ? "rays" : "none", difference.relmse, of_cpu.clamped, of_gpu.clamped);
+                visibility == Visibility::rays  ? "rays"
+                : visibility == Visibility::ism ? "ism"
+                                                : "none",
+                difference.relmse, of_cpu.clamped, of_gpu.clamped);
     EXPECT_LT(difference.relmse, 1e-5);
     EXPECT_NEAR(of_gpu.clamped, of_cpu.clamped, 1e-4);
     EXPECT_EQ(of_gpu.pairs > 0, of_cpu.pairs > 0);

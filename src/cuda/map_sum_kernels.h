@@ -1,0 +1,24 @@
+#pragma once
+
+#include "cuda/device.h"
+#include "cuda/sum_kernels.h"
+#include "kernels/map_lookup.h"
+
+namespace lightcuts::cuda {
+
+/// Lights of each kind, from `first` to before `last`.
+struct LightSpan {
+  std::uint32_t vpl_first = 0, vpl_last = 0;
+  std::uint32_t point_first = 0, point_last = 0;
+  std::uint32_t directional_first = 0, directional_last = 0;
+};
+
+/// Adds the lights of a span to every pixel, as much of them as their maps let pass: brute force.
+///
+/// Lights are taken in launches that keep no display waiting. They are summed in blocks of 256 from the span's first on,
+/// in single precision within a block and in double across: spans that begin at multiples of 256 give the same bits as
+/// one span of all.
+void sum_lights_by_maps(Device& device, const PixelGrid& grid, const PixelView& pixels, const LightArrays& lights,
+                        const LightSpan& span, const MapSetView& maps, float min_distance, const SumView& sums);
+
+}  // namespace lightcuts::cuda

@@ -104,7 +104,7 @@ class Peers:
         for ending in ("xml", "glb"):
             target = self.folder / f"{name}.{ending}"
             if not target.exists():
-                subprocess.run([self.options.lightcuts, "export", spec, target], check=True, capture_output=True)
+                subprocess.run([self.options.lightcuts, "export", spec, target, "--camera", "0"], check=True, capture_output=True)
 
     def ours(self, name, spec, samples, seed, extra=("--method", "path"), tag="path"):
         """One picture; seconds are those of the stages, loading and writing left out."""

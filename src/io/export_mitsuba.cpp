@@ -261,11 +261,13 @@ class MitsubaWriter {
     const bool by_emission = !material.base_color_texture.present() && material.emission_texture.present();
     const TextureRef& texture = by_emission ? material.emission_texture : material.base_color_texture;
     PlyWriter(mesh, instance.world_from_object, texture).write(folder_ / name);
+    // Mitsuba lets a surface emit about its shading normal, ours emits about the true one.
+    const bool emits = max_component(material.emission) > 0;
     std::string tag = fmt::format(
         "<shape type=\"ply\"><string name=\"filename\" value={}/><boolean name=\"face_normals\" "
         "value=\"{}\"/><ref id=\"material-{}\"/>",
-        quoted(file(name)), mesh.normals.empty(), mesh.material);
-    if (max_component(material.emission) > 0) {
+        quoted(file(name)), mesh.normals.empty() || emits, mesh.material);
+    if (emits) {
       tag += "<emitter type=\"area\">" +
              colour_tag("radiance", material.emission, material.emission_texture,
                         fmt::format("emission-{}", mesh.material)) +

@@ -8,6 +8,7 @@ Writes DIR/plots/*.svg and *.png and DIR/index.html, which embeds all it shows. 
 
 import base64
 import html
+import io
 import json
 import math
 import pathlib
@@ -19,6 +20,7 @@ try:
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
     from matplotlib.patches import Rectangle
+    from PIL import Image
 except ImportError:
     sys.exit(3)
 
@@ -565,6 +567,15 @@ def embedded(path):
     return f"data:image/{kind};base64,{base64.b64encode(path.read_bytes()).decode()}"
 
 
+def embedded_picture(path):
+    """As JPEG where that is smaller: a page with all pictures should stay within a few megabytes."""
+    jpeg = io.BytesIO()
+    Image.open(path).convert("RGB").save(jpeg, "JPEG", quality=85)
+    if jpeg.tell() >= path.stat().st_size:
+        return embedded(path)
+    return f"data:image/jpeg;base64,{base64.b64encode(jpeg.getvalue()).decode()}"
+
+
 def section(report, name, title, words, tables):
     image = report.folder / "plots" / f"{name}.svg"
     if name in ("figure-2", "figure-3"):
@@ -581,7 +592,7 @@ def gallery(report):
     out = ["<h2 id='pictures'>Pictures</h2>", f"<p>{html.escape(words_pictures(report))}</p>"]
     for room in rooms:
         shown = [p for p in report.data["pictures"] if p["id"].startswith(room + "-") and (report.folder / p["file"]).exists()]
-        figures = "".join(f"<figure><img loading='lazy' src='{embedded(report.folder / p['file'])}' alt=''>"
+        figures = "".join(f"<figure><img loading='lazy' src='{embedded_picture(report.folder / p['file'])}' alt=''>"
                           f"<figcaption>{html.escape(p['caption'])}</figcaption></figure>" for p in shown)
         out.append(f"<h3>{html.escape(room)}</h3><div class='grid'>{figures}</div>")
     return "\n".join(out + [table_html(report, "pictures")])

@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "bench_study/cpu_maps.h"
+#include "bench_study/gpu_atlas.h"
 #include "bench_study/published.h"
 #include "bench_study/study.h"
 #include "cpu/ism/fill_holes.h"
@@ -88,6 +89,11 @@ Json measure_atlas(Study& study, const std::vector<Codes>& maps, std::size_t sid
   fill_atlas(atlas, side);
   fill_each(row, side * side);
   Json found{{"differing", differing(atlas, row, side)}};
+  if (!study.on_cpu()) {
+    found["gpu"] = time_gpu_atlas(study.request().device, make_atlas(maps, side), atlas,
+                                  static_cast<int>(side * kMapSide), 4 * study.sizes().repeats);
+    study.stop_if_asked();
+  }
   atlas = {};
   row = {};
   const double budget = study.request().budget_s;
@@ -122,13 +128,21 @@ void make_table_4(Study& study) {
     const int pixels = side * kStudyMapSide;
     study.check(fmt::format("pull-push of {0}x{0} texels: fused against one texture", pixels), found["differing"] == 0,
                 fmt::format("{} texels differ", found["differing"].get<std::size_t>()));
-    for (const auto& [key, name] : {std::pair{"atlas", "one texture, one thread"}, {"fused", "fused, all threads"}}) {
-      const Json& t = found[key];
+    const auto add = [&](const Json& t, const char* name) {
       table.add({pixels, name, t["wall_s"], t["low_s"], t["high_s"], t["cpu_s"], t["repeats"],
                  rate(pixels, t["wall_s"]), kMeasured});
+    };
+    add(found["atlas"], "one texture, one thread");
+    add(found["fused"], "fused, all threads");
+    if (found.contains("gpu")) {
+      const Json& gpu = found["gpu"];
+      study.check(fmt::format("pull-push of {0}x{0} texels: GPU against CPU", pixels), gpu["differing"] == 0,
+                  fmt::format("{} texels differ", gpu["differing"].get<std::size_t>()));
+      add(gpu["levels"], "one texture, CUDA");
+      add(gpu["at_once"], "fused, CUDA");
     }
     texels.push_back(static_cast<double>(pixels) * pixels);
-    seconds.push_back(found["fused"]["wall_s"]);
+    seconds.push_back((found.contains("gpu") ? found["gpu"]["levels"] : found["fused"])["wall_s"]);
     study.show_done(static_cast<double>(texels.size()) / static_cast<double>(study.sizes().atlas_maps.size()));
   }
   study.set("table_4_exponent", growth_exponent(texels, seconds));

@@ -114,7 +114,9 @@ struct Statistics {
   struct {
     std::uint64_t count = 0;
     int size = 0;
-    std::uint64_t bytes = 0;
+    std::uint64_t bytes = 0;   ///< of the maps there were at a time
+    std::uint64_t room = 0;    ///< maps at a time that were planned for
+    std::uint64_t rounds = 0;  ///< in which maps were made
   } shadow_maps;
   std::uint64_t rays = 0;
   std::uint64_t pairs = 0;  ///< pixel-light pairs evaluated

@@ -122,7 +122,7 @@ ShadeResult CpuBackend::shade(const Camera& camera, int width, int height, const
   const std::uint64_t left = memory_bytes == 0 ? 0 : std::max<std::uint64_t>(1, memory_bytes - film_bytes);
   const MapLighting by_maps{source, light_set_, kernels_, ism_kernels(isa_), options, min_distance, left};
   if (cuts && options.visibility == Visibility::ism) {
-    arena_.execute([&] { maps = std::make_unique<LightMaps>(by_maps, statistics); });
+    arena_.execute([&] { maps = std::make_unique<LightMaps>(by_maps, arena_.max_concurrency(), statistics); });
   }
   const PacketVisibility* visibility = options.visibility == Visibility::rays ? &rays
                                        : maps != nullptr                      ? maps->visibility()
@@ -143,11 +143,12 @@ ShadeResult CpuBackend::shade(const Camera& camera, int width, int height, const
   std::uint32_t film_samples = samples;
   if (options.method == Method::instant_radiosity && options.visibility == Visibility::ism) {
     arena_.execute([&] { film_samples = light_by_maps(by_maps, film, progress, callback, counts, statistics); });
+  } else if (maps != nullptr) {
+    arena_.execute([&] { counts = maps->for_each_tile(view, film, progress, render_tile); });
+    maps->report(statistics);
   } else {
     arena_.execute([&] { counts = for_each_tile(view, film, progress, render_tile); });
   }
-
-  if (maps != nullptr) maps->report(statistics);
 
   statistics.pairs = counts.pairs;
   statistics.rays = counts.rays;

@@ -50,13 +50,12 @@ void add_to_film(const Tile& tile, const TileLight& lit, double scale, Film& fil
   counts.rays += lit.rays;
 }
 
-int columns_of(const View& view) { return (view.width + kTileSide - 1) / kTileSide; }
 int rows_of(const View& view) { return (view.height + kTileSide - 1) / kTileSide; }
 
 }  // namespace
 
 TileCounts for_each_tile(const View& view, Film& film, Progress& progress, const TileFn& render_tile) {
-  const int columns = columns_of(view);
+  const int columns = tile_columns(view);
   std::vector<TileCounts> counts(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows_of(view)));
   for (std::uint32_t sample = 0; sample < view.sample_count && !progress.stopped(); ++sample) {
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, counts.size(), 1),
@@ -67,6 +66,10 @@ TileCounts for_each_tile(const View& view, Film& film, Progress& progress, const
                         }
                       });
   }
+  return sum_of(counts);
+}
+
+TileCounts sum_of(const std::vector<TileCounts>& counts) {
   TileCounts total;
   for (const TileCounts& c : counts) {
     total.pairs += c.pairs;
@@ -81,7 +84,8 @@ TileCounts for_each_tile(const View& view, Film& film, Progress& progress, const
   return total;
 }
 
-double tile_count(const View& view) { return static_cast<double>(columns_of(view)) * rows_of(view); }
+int tile_columns(const View& view) { return (view.width + kTileSide - 1) / kTileSide; }
+double tile_count(const View& view) { return static_cast<double>(tile_columns(view)) * rows_of(view); }
 
 TileFn lit_tile(const TileSource& source, const TileLighter& lighter, Progress& progress, std::size_t passes) {
   return [source, &lighter, &progress, passes](int x0, int y0, std::uint32_t sample, Film& film, TileCounts& counts) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <vector>
 
 #include "cpu/film.h"
 #include "cpu/tile_lighter.h"
@@ -29,8 +30,12 @@ using TileFn = std::function<void(int x0, int y0, std::uint32_t sample, Film& fi
 /// Runs on the TBB arena of the caller. Reports one unit of work a tile and sample through `render_tile`.
 TileCounts for_each_tile(const View& view, Film& film, Progress& progress, const TileFn& render_tile);
 
-/// How many tiles a picture has.
+/// What all tiles together added.
+TileCounts sum_of(const std::vector<TileCounts>& counts);
+
+/// How many tiles a picture has, and how many of them are in a row; tiles are numbered row by row.
 double tile_count(const View& view);
+int tile_columns(const View& view);
 
 /// Where a tile's g-buffer comes from. Everything referred to must outlive this and what is made of it.
 struct TileSource {

@@ -99,22 +99,25 @@ inline constexpr std::uint32_t kWholeBits = 0x4b000000u;
 
 /// What the taps of one receiver are compared with. A tap passes where (code + bias) max(change, 1) >= depth, or, of
 /// orthographic maps, where code + bias >= depth + min(change, 0).
+template <class T>
 struct TapTest {
-  float minus_depth, bias;           ///< [codes]
-  float change, change_x, change_y;  ///< at the centre tap; from a texel to the next
-  float x, y;                        ///< the centre texel, whole numbers plus kWholeMagic
+  T minus_depth, bias;           ///< [codes]
+  T change, change_x, change_y;  ///< at the centre tap; from a texel to the next
+  T x, y;                        ///< the centre texel, whole numbers plus kWholeMagic
 };
 
 /// The receiver's texel along one axis: `at` is its coordinate in [-1, 1].
+template <class T>
 struct TexelPlace {
-  float index;  ///< plus kWholeMagic
-  float rest;   ///< from the receiver to the texel's centre, in texels
+  T index;  ///< plus kWholeMagic
+  T rest;   ///< from the receiver to the texel's centre, in texels
 };
-LC_KERNEL TexelPlace texel_place(float at, int size) {
+template <class T>
+LC_KERNEL TexelPlace<T> texel_place(T at, int size) {
   const float half = 0.5f * static_cast<float>(size);
-  const float place = at * half + (half - 0.5f);
-  const float index = smaller(larger(place, 0.0f), static_cast<float>(size - 1)) + kWholeMagic;
-  return {index, (index - kWholeMagic) - place};
+  const T place = at * T(half) + T(half - 0.5f);
+  const T index = smaller(larger(place, T(0.0f)), T(static_cast<float>(size - 1))) + T(kWholeMagic);
+  return {index, (index - T(kWholeMagic)) - place};
 }
 
 /// 1 / v, where v is taken for a small number of its sign if it is nearer to 0.
@@ -126,34 +129,38 @@ LC_KERNEL float inverse_facing(float v) {
 #endif
 }
 
-LC_KERNEL TapTest paraboloid_taps(const MapRecord& map, Vec3 local, Vec3 normal, int size) {
-  const float texel = 2.0f / static_cast<float>(size), distance_sq = larger(dot(local, local), 1e-30f);
-  const float inverse = quick_inverse_root(distance_sq);
-  const float distance = distance_sq * inverse, sum = larger(distance + local.z, 1e-30f);
-  const float scale = quick_reciprocal(sum);
-  const float u = local.x * scale, v = local.y * scale;
-  const float facing = dot(local, normal) * inverse;
-  const float slope = (texel * sum) * (inverse * inverse_facing(facing));
-  const float minus_along = -facing - normal.z;
-  const TexelPlace x = texel_place(u, size), y = texel_place(v, size);
-  TapTest test;
-  test.minus_depth = -distance * map.steps;
-  test.bias = sum * map.bias_steps + 1;
+template <class T>
+LC_KERNEL TapTest<T> paraboloid_taps(const MapRecord& map, Vec3T<T> local, Vec3T<T> normal, int size) {
+  const float texel = 2.0f / static_cast<float>(size);
+  const T distance_sq = larger(dot(local, local), T(1e-30f));
+  const T inverse = quick_inverse_root(distance_sq);
+  const T distance = distance_sq * inverse, sum = larger(distance + local.z, T(1e-30f));
+  const T scale = quick_reciprocal(sum);
+  const T u = local.x * scale, v = local.y * scale;
+  const T facing = dot(local, normal) * inverse;
+  const T slope = (T(texel) * sum) * (inverse * inverse_facing(facing));
+  const T minus_along = -facing - normal.z;
+  const TexelPlace<T> x = texel_place(u, size), y = texel_place(v, size);
+  TapTest<T> test;
+  test.minus_depth = -distance * T(map.steps);
+  test.bias = sum * T(map.bias_steps) + T(1.0f);
   test.change_x = slope * (u * minus_along + normal.x);
   test.change_y = slope * (v * minus_along + normal.y);
-  test.change = test.change_x * x.rest + (test.change_y * y.rest + 1);
+  test.change = test.change_x * x.rest + (test.change_y * y.rest + T(1.0f));
   test.x = x.index;
   test.y = y.index;
   return test;
 }
 
-LC_KERNEL TapTest orthographic_taps(const MapRecord& map, Vec3 local, Vec3 normal, int size) {
-  const float texel = 2.0f / static_cast<float>(size), scale = 1 / map.half_width;
-  const float slope = -texel * map.half_width * map.steps * inverse_facing(normal.z);
-  const TexelPlace x = texel_place(local.x * scale, size), y = texel_place(local.y * scale, size);
-  TapTest test;
-  test.minus_depth = -local.z * map.steps;
-  test.bias = map.bias_steps + 1;
+template <class T>
+LC_KERNEL TapTest<T> orthographic_taps(const MapRecord& map, Vec3T<T> local, Vec3T<T> normal, int size) {
+  const float texel = 2.0f / static_cast<float>(size);
+  const T scale(1 / map.half_width);
+  const T slope = T(-texel * map.half_width * map.steps) * inverse_facing(normal.z);
+  const TexelPlace<T> x = texel_place(local.x * scale, size), y = texel_place(local.y * scale, size);
+  TapTest<T> test;
+  test.minus_depth = -local.z * T(map.steps);
+  test.bias = T(map.bias_steps + 1);
   test.change_x = slope * normal.x;
   test.change_y = slope * normal.y;
   test.change = test.change_x * x.rest + test.change_y * y.rest;
@@ -186,7 +193,7 @@ struct BiasedCode {
 
 /// 1 where the tap is blocked.
 template <bool Paraboloid>
-LC_KERNEL std::uint32_t tap_blocked(const TapTest& test, float change, float reach) {
+LC_KERNEL std::uint32_t tap_blocked(const TapTest<float>& test, float change, float reach) {
   const float over =
       Paraboloid ? reach * larger(change, 1.0f) + test.minus_depth : reach + (test.minus_depth - smaller(change, 0.0f));
   return bits_of(over) >> 31;
@@ -194,8 +201,8 @@ LC_KERNEL std::uint32_t tap_blocked(const TapTest& test, float change, float rea
 
 /// Asks the five taps of a texel at the map's border, which stands for its missing neighbours.
 template <class Depth, bool Paraboloid>
-LC_KERNEL std::uint32_t border_taps_blocked(const TapTest& test, const BiasedCode<Depth>& reach, int x, int y, int side,
-                                            const Depth* codes) {
+LC_KERNEL std::uint32_t border_taps_blocked(const TapTest<float>& test, const BiasedCode<Depth>& reach, int x, int y,
+                                            int side, const Depth* codes) {
   std::uint32_t blocked = 0;
 #if defined(__CUDA_ARCH__)
 #pragma unroll 1  // rare: the others' addresses and changes shall not be computed this way
@@ -211,7 +218,7 @@ LC_KERNEL std::uint32_t border_taps_blocked(const TapTest& test, const BiasedCod
 
 /// Asks the five taps; `Size` 0: as `size` says, which must be a power of two or `Size`.
 template <class Depth, bool Paraboloid, int Size>
-LC_KERNEL float ask_taps(const TapTest& test, int size, const Depth* codes) {
+LC_KERNEL float ask_taps(const TapTest<float>& test, int size, const Depth* codes) {
   const int side = Size > 0 ? Size : size;
   const std::uint32_t x = bits_of(test.x) - kWholeBits, y = bits_of(test.y) - kWholeBits;
   const auto inner = static_cast<std::uint32_t>(side - 2);
@@ -249,8 +256,8 @@ template <class Depth, bool Paraboloid, int Size = 0>
 LC_KERNEL float look_up_map(const MapRecord& map, Vec3 local, Vec3 ng, int size, const Depth* codes) {
   const Vec3 normal{dot(ng, map.x), dot(ng, map.y), dot(ng, map.z)};
   const int side = Size > 0 ? Size : size;
-  const detail::TapTest test = Paraboloid ? detail::paraboloid_taps(map, local, normal, side)
-                                          : detail::orthographic_taps(map, local, normal, side);
+  const detail::TapTest<float> test = Paraboloid ? detail::paraboloid_taps(map, local, normal, side)
+                                                 : detail::orthographic_taps(map, local, normal, side);
   return detail::ask_taps<Depth, Paraboloid, Size>(test, side, codes);
 }
 

@@ -187,7 +187,7 @@ class MapsOnDevice : public OnDevice {
     const Maps expected(both.host, per_map, options, every_light(both.host.light_set));
     const DevicePoints points(*device, both.scene.view(), both.edges, per_map, 1);
     const MapOptions same{options.size, options.depth_bits, options.levels, options.fill, options.choice, options.seed};
-    DeviceMaps maps(*device, same, lights, static_cast<std::uint32_t>(ShadowMapSet::maps_of(both.host.light_set)));
+    DeviceMaps maps(*device, same, lights, static_cast<std::uint32_t>(MapMaker::maps_of(both.host.light_set)));
     maps.add_vpls(points.view(), {nullptr, 0, lights.vpl_count});
     maps.add_points(points.view(), {nullptr, 0, lights.point_count});
     maps.add_directionals(points.view(), {nullptr, 0, lights.directional_count});

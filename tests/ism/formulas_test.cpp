@@ -213,21 +213,30 @@ TEST_P(IsmKernelsTest, LookupsAreThoseOfThePlainFormula) {
                                   : paraboloid_view(dice.in_box(1), dice.direction(), bounds);
     const int size = round % 2 == 0 ? 32 : 64;
     const auto texels = static_cast<std::size_t>(size * size);
-    std::vector<std::uint16_t> codes16(texels + 16);
-    std::vector<std::uint32_t> codes32(texels + 16);
-    for (std::size_t i = 0; i < texels; ++i) {
+    constexpr std::size_t before = 16;  // lookups read a little around the codes
+    std::vector<std::uint16_t> codes16(texels + 2 * before);
+    std::vector<std::uint32_t> codes32(texels + 2 * before);
+    for (std::size_t i = before; i < texels + before; ++i) {
       const float depth = dice.between(0, 1);
       codes16[i] = depth > 0.8f ? kNoDepth<std::uint16_t> : static_cast<std::uint16_t>(depth * 65534);
       codes32[i] = depth > 0.8f ? kNoDepth<std::uint32_t> : static_cast<std::uint32_t>(depth * 16777214);
     }
     const ReceiverPacket receivers = random_receivers(dice, false, 2);
     alignas(64) float share16[kPacketSize], share32[kPacketSize];
-    kernels.look_up(receivers, view, {codes16.data(), size, 16}, share16);
-    kernels.look_up(receivers, view, {codes32.data(), size, 32}, share32);
+    const std::uint32_t candidates = static_cast<std::uint32_t>(dice.between(0, 1) * 65536) | 1u;
+    kernels.look_up(receivers, candidates, make_map_record<std::uint16_t>(view, size), {&codes16[before], size, 16},
+                    share16);
+    kernels.look_up(receivers, candidates, make_map_record<std::uint32_t>(view, size), {&codes32[before], size, 32},
+                    share32);
     for (int lane = 0; lane < kPacketSize; ++lane) {
+      if ((candidates >> lane & 1u) == 0) {
+        ASSERT_EQ(share16[lane], 0);
+        ASSERT_EQ(share32[lane], 0);
+        continue;
+      }
       const Vec3 local = to_local_point(view, get_lane(receivers.position, lane));
       const Vec3 normal = to_local_vector(view.frame, get_lane(receivers.ng, lane));
-      const auto at = [size](int x, int y) { return static_cast<std::size_t>(y * size + x); };
+      const auto at = [size](int x, int y) { return before + static_cast<std::size_t>(y * size + x); };
       const float plain16 =
           lookup_visibility<std::uint16_t>(view, local, normal, size, [&](int x, int y) { return codes16[at(x, y)]; });
       const float plain32 =
@@ -251,8 +260,8 @@ TEST_P(IsmKernelsTest, ALitPlaneAgreesWithItselfAtAnySlope) {
       points.add(normal * -2.0f, normal);
       const Canvas canvas(size);
       kernels.draw(points.arrays(), 0, 1, view, size, canvas.nearness.get());
-      std::vector<std::uint16_t> codes(static_cast<std::size_t>(size * size) + 16);
-      kernels.encode16(canvas.nearness.get(), view, size, codes.data());
+      std::vector<std::uint16_t> codes(static_cast<std::size_t>(size * size) + 32);
+      kernels.encode16(canvas.nearness.get(), view, size, &codes[16]);
       Dice dice(5);
       for (int i = 0; i < 50; ++i) {
         ReceiverPacket receivers{};
@@ -262,7 +271,7 @@ TEST_P(IsmKernelsTest, ALitPlaneAgreesWithItselfAtAnySlope) {
           set_lane(receivers.ng, lane, normal);
         }
         alignas(64) float share[kPacketSize];
-        kernels.look_up(receivers, view, {codes.data(), size, 16}, share);
+        kernels.look_up(receivers, 0xffff, make_map_record<std::uint16_t>(view, size), {&codes[16], size, 16}, share);
         for (const float s : share) ASSERT_FLOAT_EQ(s, 1) << "size " << size << ", tilt " << tilt;
       }
     }

@@ -3,6 +3,7 @@
 #include "cpu/cpu_backend.h"
 #include "cpu/film.h"
 #include "cpu/ism/map_plan.h"
+#include "cpu/ism/shadow_map_pool.h"
 #include "cpu_shade/rooms.h"
 #include "lightcuts/compare.h"
 #include "lightcuts/error.h"
@@ -98,7 +99,48 @@ TEST(LightcutsByMaps, KeepTheirPromiseAgainstTheSumOverAllMapsAndMakeOnlyWhatThe
     EXPECT_LE(cut.statistics.shadow_maps.count, sum.statistics.shadow_maps.count);
     EXPECT_EQ(cut.statistics.shadow_maps.bytes, cut.statistics.shadow_maps.count * 2048);
     expect_same(shade(1, options, 0, 3000).image, cut.image, 0);
-    EXPECT_THROW(shade(1, options, 12'000'000, 3000), Error);
+  }
+}
+
+/// A budget with room for `maps` maps beside everything else.
+std::uint64_t budget_for(std::uint64_t maps, std::uint64_t lights) {
+  const ShadowMapOptions options{32};
+  return 40 * 24 * Film::bytes_per_pixel() + SurfacePoints::bytes_for({300}) + ShadowMapPool::kBytesPerLight * lights +
+         ShadowMapPool::bytes_per_map(options) * maps;
+}
+
+TEST(LightcutsByMaps, ASmallBudgetMakesThemSlowerAndNothingElse) {
+  for (const CutWalk walk : {CutWalk::heap, CutWalk::packet}) {
+    ShadeOptions options = by_maps();
+    options.method = Method::lightcuts;
+    options.cut = walk;
+    options.ism_points = 300;
+    const Rendered ample = shade(2, options, 0, 700);
+    EXPECT_EQ(ample.statistics.shadow_maps.rounds, 1u);
+    EXPECT_GT(ample.statistics.time_ms.shadow_maps, 0);
+    // Room for most of what is in use, for a part, and for less than one tile asks for.
+    for (const std::uint64_t room :
+         {ample.statistics.shadow_maps.count * 3 / 4, std::uint64_t{200}, std::uint64_t{8}}) {
+      const Rendered tight = shade(2, options, budget_for(room + 1, 800), 700);
+      expect_same(tight.image, ample.image, 0);
+      EXPECT_EQ(tight.statistics.pairs, ample.statistics.pairs) << room;
+      EXPECT_GT(tight.statistics.shadow_maps.rounds, 1u) << room;
+      EXPECT_LE(tight.statistics.shadow_maps.room, room + 1);
+      EXPECT_LE(tight.statistics.shadow_maps.bytes, (room + 1) * 2048);
+      EXPECT_GT(tight.statistics.shadow_maps.count, ample.statistics.shadow_maps.count) << "some are made again";
+    }
+  }
+}
+
+TEST(LightcutsByMaps, BothWalksAgreeWithTheSumOverAllMaps) {
+  // A promise of zero means every light by itself: then both are the sum, to rounding.
+  const Rendered sum = shade(2, by_maps(), 0, 300);
+  ShadeOptions options = by_maps();
+  options.method = Method::lightcuts;
+  options.error = 1e-6f;
+  for (const CutWalk walk : {CutWalk::heap, CutWalk::packet}) {
+    options.cut = walk;
+    EXPECT_LT(compare(shade(2, options, 0, 300).image, sum.image).mean_relative_error, 2e-5);
   }
 }
 
@@ -112,6 +154,20 @@ TEST(LightByMaps, SaysWhatItNeedsBeforeItTakesMemory) {
   }
 }
 
+TEST(MapPlan, CutsNeedRoomForTwoMapsAThreadAndNoMore) {
+  LightSet lights;
+  lights.vpls.resize(1'000'000);
+  const ShadowMapOptions options;
+  const std::uint64_t fixed = SurfacePoints::bytes_for({8000}) + ShadowMapPool::kBytesPerLight * 1'000'000;
+  const std::uint64_t per_map = ShadowMapPool::bytes_per_map(options);
+  EXPECT_EQ(plan_pool(lights, {8000}, options, 16, 0), 1'000'000u);
+  EXPECT_EQ(plan_pool(lights, {8000}, options, 16, fixed + 32 * per_map), 32u);
+  EXPECT_THROW(plan_pool(lights, {8000}, options, 16, fixed + 31 * per_map), Error);
+  const std::uint64_t room = plan_pool(lights, {8000}, options, 16, std::uint64_t{4} << 30);
+  EXPECT_GT(room, 400'000u);
+  EXPECT_LE(fixed + room * per_map, std::uint64_t{4} << 30);
+}
+
 TEST(MapPlan, AMillionMapsFitIntoAFewGibibytes) {
   LightSet lights;
   lights.vpls.resize(1'000'000);
@@ -120,7 +176,7 @@ TEST(MapPlan, AMillionMapsFitIntoAFewGibibytes) {
   const std::uint64_t budget = std::uint64_t{3} << 30;
   const MapPlan plan = plan_maps(lights, {8000}, options, budget);
   EXPECT_EQ(plan.maps, 1'000'000u);
-  const std::uint64_t largest = (plan.maps + plan.batches - 1) / plan.batches * ShadowMapSet::bytes_per_map(options);
+  const std::uint64_t largest = (plan.maps + plan.batches - 1) / plan.batches * MapBlocks::stride(options);
   EXPECT_LE(largest + SurfacePoints::bytes_for({8000}) + 8 * plan.maps, budget);
   EXPECT_THROW(plan_maps(lights, {8000}, options, 1'000'000), Error);
 }

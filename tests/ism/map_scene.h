@@ -57,7 +57,7 @@ struct Maps {
     receivers.ng.y[3] = normal.y;
     receivers.ng.z[3] = normal.z;
     alignas(64) float shares[kPacketSize];
-    set.shares(kind, light, receivers, shares);
+    set.shares(kind, light, receivers, 1u << 3, shares);
     return shares[3];
   }
 };

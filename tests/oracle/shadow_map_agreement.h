@@ -105,7 +105,7 @@ inline Agreement measure_agreement(const ShadowMapSet& maps, const LightSet& lig
       }
       if (tries == 10000) break;
       alignas(64) float share[kPacketSize];
-      maps.shares(LightKind::vpl, id, packet, share);
+      maps.shares(LightKind::vpl, id, packet, 0xffff, share);
       for (int lane = 0; lane < kPacketSize; ++lane, ++drawn) {
         const bool visible = !tracer.occluded(shadow_ray(points[lane].position, vpl.ray_target));
         const bool lit = share[lane] > 0.5f;
@@ -115,7 +115,7 @@ inline Agreement measure_agreement(const ShadowMapSet& maps, const LightSet& lig
         result.wrongly_dark += !lit && visible ? 1 : 0;
         if (!edges) continue;
         const bool edge =
-            at_shadow_edge(tracer, view, maps.options().size, points[lane].position, points[lane].normal, visible);
+            at_shadow_edge(tracer, view, maps.maker().options().size, points[lane].position, points[lane].normal, visible);
         result.at_edges += edge ? 1 : 0;
         result.wrong_at_edges += edge && lit != visible ? 1 : 0;
       }

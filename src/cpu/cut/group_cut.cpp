@@ -186,6 +186,7 @@ class GroupCut {
   }
 
   void start() {
+    scratch_.leaves.clear();  // a lookup that found no room for its map may have ended the last cut halfway
     for (const LightKind kind : kLightKinds) {
       CutEntries& entries = scratch_.entries[index(kind)];
       entries.clear();

@@ -23,9 +23,10 @@ struct MapPlan {
 MapPlan plan_maps(const LightSet& lights, const PointOptions& points, const ShadowMapOptions& maps,
                   std::uint64_t budget);
 
-/// Checks that the maps of all lights would fit, for methods that may look up any of them at any time.
-/// Throws Error{out_of_memory}.
-void require_all_maps(const LightSet& lights, const PointOptions& points, const ShadowMapOptions& maps,
+/// For how many maps there is room at a time, where any light's may be asked for: never more than all lights have, and two
+/// for each thread at least. Where the maps that cuts ask for are more, they are made in rounds.
+/// Throws Error{out_of_memory} where not even that fits.
+std::size_t plan_pool(const LightSet& lights, const PointOptions& points, const ShadowMapOptions& maps, int threads,
                       std::uint64_t budget);
 
 }  // namespace lightcuts

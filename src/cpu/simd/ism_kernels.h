@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "cpu/simd/packet.h"
+#include "kernels/map_lookup.h"
 #include "kernels/shadow_map.h"
 
 namespace lightcuts {
@@ -16,7 +17,7 @@ struct PointArrays {
   const DiscShape* shapes;
 };
 
-/// A map's depth codes: 16 or 32 bits each, row by row. Two bytes past the last code may be read.
+/// A map's depth codes: 16 or 32 bits each, row by row. Eight bytes before the first and past the last may be read.
 struct DepthCodes {
   const void* codes;
   int size;  ///< texels a side
@@ -42,8 +43,9 @@ struct IsmKernels {
   void (*encode16)(const float* nearness, const MapView&, int size, std::uint16_t* codes);
   void (*encode32)(const float* nearness, const MapView&, int size, std::uint32_t* codes);
 
-  /// Share of light that arrives at each of 16 receivers by lookup_visibility; `share` is aligned to 64 bytes.
-  void (*look_up)(const ReceiverPacket&, const MapView&, const DepthCodes&, float* share);
+  /// Share of light that arrives at each of 16 receivers as look_up_map of kernels/map_lookup.h says; 0 for those that
+  /// are no candidates. `share` is aligned to 64 bytes.
+  void (*look_up)(const ReceiverPacket&, std::uint32_t candidates, const MapRecord&, const DepthCodes&, float* share);
 };
 
 enum class Isa;

@@ -61,6 +61,26 @@ LC_LANES_FN Lanes reciprocal(Lanes v) {
   return r * (Batch(2.0f) - v.value * r);
 }
 
+// For the text of kernels/map_lookup.h.
+LC_LANES_FN Lanes larger(Lanes a, Lanes b) { return max_of(a, b); }
+LC_LANES_FN Lanes smaller(Lanes a, Lanes b) { return min_of(a, b); }
+LC_LANES_FN Lanes quick_reciprocal(Lanes v) { return reciprocal(v); }
+/// 1 / sqrt(v): the processor's estimate and one Newton step. (xsimd 8.1 misnames the instruction.)
+LC_LANES_FN Lanes quick_inverse_root(Lanes v) {
+#if defined(__AVX512F__)
+  const Batch r = _mm512_rsqrt14_ps(v.value);
+#elif defined(__AVX__)
+  const Batch r = _mm256_rsqrt_ps(v.value);
+#elif defined(__SSE2__)
+  const Batch r = _mm_rsqrt_ps(v.value);
+#else
+  return Batch(1.0f) / xsimd::sqrt(v.value);
+#endif
+#if defined(__SSE2__)
+  return r * (Batch(1.5f) - Batch(0.5f) * v.value * r * r);
+#endif
+}
+
 /// The lanes' decisions as bits, lane 0 lowest.
 LC_LANES_FN std::uint32_t bits(Mask m) {
 #if defined(__AVX512F__)

@@ -13,6 +13,7 @@
 #include "lightcuts/error.h"
 #include "lightcuts/io.h"
 #include "progress_bar.h"
+#include "render/check_options.h"
 #include "render/memory.h"
 #include "render_request.h"
 #include "stats_json.h"
@@ -128,6 +129,7 @@ bool save(RenderRequest& request, RenderResult& result, const Stopwatch& since_s
 int run(RenderRequest& request) {
   const Stopwatch since_start;
   check_together(request);
+  check_options(request.options);
   prepare(request.outputs, base_name(request.scene), request.options.shade.method);
   std::optional<tbb::global_control> threads;
   if (request.options.threads > 0) {

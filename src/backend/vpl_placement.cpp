@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "backend/vpl_plan.h"
 #include "kernels/light_key.h"
 
 namespace lightcuts {
@@ -115,6 +116,36 @@ std::vector<KeptLight> keep_by_worth(const std::vector<float>& worth, const std:
   }
   std::sort(kept.begin(), kept.end(), [](const KeptLight& a, const KeptLight& b) { return a.index < b.index; });
   return kept;
+}
+
+std::vector<KeptLight> choose_for_camera(const std::vector<float>& worth, const Lights& lights,
+                                         const VplOptions& options) {
+  const double start = philox(0, 0, 0, derive_seed(options.seed, placement_choice)).unit_double(0);
+  return keep_by_worth(worth, placement_order(lights), options.count, start);
+}
+
+void keep_lights(const std::vector<KeptLight>& kept, Lights& lights) {
+  const std::size_t vpls = lights.vpls.size(), sky = lights.sky_count;
+  const std::uint64_t primary = lights.primary_count;
+  std::vector<Vpl> chosen;
+  std::vector<DirectionalLight> directionals;
+  chosen.reserve(kept.size());
+  lights.primary_count = 0;
+  for (const KeptLight& k : kept) {
+    if (k.index < vpls) {
+      chosen.push_back(lights.vpls[k.index]);
+      chosen.back().intensity *= k.weight;
+      if (k.index < primary) ++lights.primary_count;
+    } else {
+      directionals.push_back(lights.directionals[k.index - vpls]);
+      directionals.back().irradiance *= k.weight;
+    }
+  }
+  lights.sky_count = directionals.size();
+  directionals.insert(directionals.end(), lights.directionals.begin() + static_cast<std::ptrdiff_t>(sky),
+                      lights.directionals.end());
+  lights.vpls = std::move(chosen);
+  lights.directionals = std::move(directionals);
 }
 
 }  // namespace lightcuts

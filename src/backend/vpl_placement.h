@@ -17,6 +17,9 @@ namespace lightcuts {
 /// Candidates that are traced for `wanted` VPLs: sixteen for each, fewer for millions.
 std::uint64_t placement_candidates(std::uint64_t wanted);
 
+/// Every so many of the lights tell how bright the points are.
+inline constexpr std::uint32_t kPlacementStride = 16;
+
 /// The grid of points for a picture: about 256, by its shape.
 PlacementGrid make_placement_grid(int width, int height);
 
@@ -46,5 +49,12 @@ struct KeptLight {
 /// probabilities in the given order, so that the kept ones are spread as evenly as their worth allows.
 std::vector<KeptLight> keep_by_worth(const std::vector<float>& worth, const std::vector<std::uint32_t>& order,
                                      std::uint64_t wanted, double start);
+
+/// The choice for these options: options.count of the lights that `worth` rates.
+std::vector<KeptLight> choose_for_camera(const std::vector<float>& worth, const Lights& lights,
+                                         const VplOptions& options);
+
+/// Leaves only the kept ones of the VPLs and sky samples, each times its weight; other lights stay.
+void keep_lights(const std::vector<KeptLight>& kept, Lights& lights);
 
 }  // namespace lightcuts

@@ -17,8 +17,8 @@
 namespace lightcuts {
 namespace {
 
-constexpr std::size_t kChunk = 256;        ///< candidates that one task rates
-constexpr std::size_t kSampleStride = 16;  ///< of the lights, every so many tell how bright the points are
+constexpr std::size_t kChunk = 256;  ///< candidates that one task rates
+constexpr std::size_t kSampleStride = kPlacementStride;
 
 void set(PacketVec3& packet, int lane, Vec3 v) {
   packet.x[lane] = v.x;
@@ -159,30 +159,6 @@ std::vector<float> rate(const Rating& rating, const std::vector<float>& weights,
   return worth;
 }
 
-void keep(const std::vector<KeptLight>& kept, Lights& lights) {
-  const std::size_t vpls = lights.vpls.size(), sky = lights.sky_count;
-  const std::uint64_t primary = lights.primary_count;
-  std::vector<Vpl> chosen;
-  std::vector<DirectionalLight> directionals;
-  chosen.reserve(kept.size());
-  lights.primary_count = 0;
-  for (const KeptLight& k : kept) {
-    if (k.index < vpls) {
-      chosen.push_back(lights.vpls[k.index]);
-      chosen.back().intensity *= k.weight;
-      if (k.index < primary) ++lights.primary_count;
-    } else {
-      directionals.push_back(lights.directionals[k.index - vpls]);
-      directionals.back().irradiance *= k.weight;
-    }
-  }
-  lights.sky_count = directionals.size();
-  directionals.insert(directionals.end(), lights.directionals.begin() + static_cast<std::ptrdiff_t>(sky),
-                      lights.directionals.end());
-  lights.vpls = std::move(chosen);
-  lights.directionals = std::move(directionals);
-}
-
 }  // namespace
 
 bool place_for_camera(const SceneView& scene, const RayTracer& tracer, const VplOptions& options,
@@ -198,8 +174,7 @@ bool place_for_camera(const SceneView& scene, const RayTracer& tracer, const Vpl
     worth = rate(rating, placement_weights(rating.points(), radiance), candidates, progress);
   }
   if (worth.empty()) return false;
-  const double start = philox(0, 0, 0, derive_seed(options.seed, placement_choice)).unit_double(0);
-  keep(keep_by_worth(worth, placement_order(lights), options.count, start), lights);
+  keep_lights(choose_for_camera(worth, lights, options), lights);
   return true;
 }
 

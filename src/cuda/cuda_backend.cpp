@@ -7,8 +7,11 @@
 
 #include "backend/emitter_table.h"
 #include "backend/scene_arrays.h"
+#include "backend/vpl_placement.h"
+#include "backend/vpl_plan.h"
 #include "cuda/film.h"
 #include "cuda/light_by_maps.h"
+#include "cuda/placement_kernels.h"
 #include "lightcuts/error.h"
 
 namespace lightcuts::cuda {
@@ -78,16 +81,23 @@ void CudaBackend::trace_vpls(const VplOptions& options, const ProgressFn& progre
   if (!(scene.table.total_power() > 0)) {
     throw Error(Code::no_emitter, "nothing in the scene emits light: add a light or an environment");
   }
-  if (options.placement == VplPlacement::camera) {
-    throw Error(Code::not_built,
-                "placing VPLs for the camera is not part of the CUDA backend yet; choose --backend cpu, or "
-                "--vpl-placement power");
-  }
   if (progress && !progress("vpls", 0)) return;
-  device_lights_ = cuda::trace_vpls(device_, scene.traced(), scene.powers(), scene.scene, options);
+  check_vpl_options(options);
+  const bool for_camera = options.placement == VplPlacement::camera;
+  VplOptions traced_options = options;
+  traced_options.placement = VplPlacement::power;
+  if (for_camera) traced_options.count = placement_candidates(options.count);
+  device_lights_ = cuda::trace_vpls(device_, scene.traced(), scene.powers(), scene.scene, traced_options);
   device_.synchronize();
   lights_fetched_ = false;
   trees_ = {};
+  if (for_camera && device_lights_.vpl_count + device_lights_.sky_count > options.count) {
+    Lights candidates = lights();
+    const std::vector<float> worth = rate_for_camera(device_, scene.traced(), options, device_lights_);
+    device_lights_ = {};
+    keep_lights(choose_for_camera(worth, candidates, options), candidates);
+    set_lights(std::move(candidates));
+  }
   if (progress) progress("vpls", 1);
 }
 

@@ -118,14 +118,14 @@ class HdrReader {
 
   void check_size(const Layout& layout) const {
     const double pixels = static_cast<double>(layout.line_count) * layout.line_length;
+    // A run of at most 127 bytes takes 2, in each of four components; repeats of whole pixels give more.
+    if (pixels > 65536 + 4096.0 * static_cast<double>(text_.size())) {
+      throw_malformed(name_, "its header claims far more pixels than its bytes can hold");
+    }
     if (pixels * sizeof(Vec3) > static_cast<double>(kImageBudget)) {
       throw Error(Code::out_of_memory,
                   "'" + name_ + "' has " + std::to_string(layout.width()) + " x " + std::to_string(layout.height()) +
                       " pixels, more than fit the limit of 1024 MiB for a picture; make it smaller");
-    }
-    // A run of at most 127 bytes takes 2, in each of four components; repeats of whole pixels give more.
-    if (pixels > 65536 + 4096.0 * static_cast<double>(text_.size())) {
-      throw_malformed(name_, "its header claims far more pixels than its bytes can hold");
     }
   }
 

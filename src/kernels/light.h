@@ -40,15 +40,14 @@ struct Receiver {
   Vec3T<T> ng;        ///< unit geometric normal on the viewer's side; unused where Flat
 };
 
-/// Cosine at the receiver times the length of `travel`, the way the light comes: by the shading normal, 0 where the
-/// geometric one disagrees. (The normals are negated and not the way: that leaves a loop over lights.)
+/// Cosine at the receiver times the length of `to_light`: by the shading normal, 0 where the geometric one disagrees.
 template <class T, bool Flat>
-LC_FN T receiver_cosine(const Receiver<T, Flat>& receiver, Vec3T<T> travel) {
-  const T by_shading = max_of(dot(-receiver.ns, travel), T(0.0f));
+LC_FN T receiver_cosine(const Receiver<T, Flat>& receiver, Vec3T<T> to_light) {
+  const T by_shading = max_of(dot(receiver.ns, to_light), T(0.0f));
   if constexpr (Flat) {
     return by_shading;
   } else {
-    return select(dot(-receiver.ng, travel) > T(0.0f), by_shading, T(0.0f));
+    return select(dot(receiver.ng, to_light) > T(0.0f), by_shading, T(0.0f));
   }
 }
 
@@ -68,13 +67,15 @@ struct VplFactor {
 /// same. At distance 0 the factor is 0. Source: reference 02-algorithms, equation 3.5 and section 9.1.
 template <class T, bool Flat>
 LC_FN VplFactor<T> vpl_factor(const Receiver<T, Flat>& receiver, Vec3T<T> position, Vec3T<T> axis, T min_distance_sq) {
-  const Vec3T<T> travel = receiver.position - position;
-  const T distance_sq = length_sq(travel);
-  const T cos_receiver = receiver_cosine(receiver, travel);  // times d
-  const T cos_light = max_of(dot(axis, travel), T(0.0f));    // times d
-  const T cosines = cos_receiver * cos_light;                // times d^2
-  return {cosines * reciprocal(distance_sq * max_of(distance_sq, min_distance_sq) + T(kTinyDistance4)),
-          cosines * reciprocal(distance_sq * distance_sq + T(kTinyDistance4)), distance_sq};
+  // Nothing is negated, for compilers do that again for every light: the light's cosine and the denominator both stay
+  // negative instead.
+  const Vec3T<T> to_light = position - receiver.position;
+  const T distance_sq = length_sq(to_light);
+  const T cos_receiver = receiver_cosine(receiver, to_light);      // times d
+  const T minus_cos_light = min_of(dot(axis, to_light), T(0.0f));  // times d
+  const T minus_cosines = cos_receiver * minus_cos_light;          // times d^2
+  return {minus_cosines * reciprocal(T(-kTinyDistance4) - distance_sq * max_of(distance_sq, min_distance_sq)),
+          minus_cosines * reciprocal(T(-kTinyDistance4) - distance_sq * distance_sq), distance_sq};
 }
 
 /// What a point or spot light needs beside its intensity; see PointLight.
@@ -91,11 +92,11 @@ struct Spot {
 /// Unclamped inverse square, but for the guard kPointGuardSq. Source: KHR_lights_punctual.
 template <class T, bool Flat>
 LC_FN T point_factor(const Receiver<T, Flat>& receiver, const Spot<T>& spot) {
-  const Vec3T<T> travel = receiver.position - spot.position;
-  const T distance_sq = max_of(length_sq(travel), T(kPointGuardSq));
+  const Vec3T<T> to_light = spot.position - receiver.position;
+  const T distance_sq = max_of(length_sq(to_light), T(kPointGuardSq));
   const T inverse_distance = reciprocal(square_root(distance_sq));
-  const T cos_receiver = receiver_cosine(receiver, travel) * inverse_distance;
-  const T cos_spot = dot(spot.axis, travel) * inverse_distance;
+  const T cos_receiver = receiver_cosine(receiver, to_light) * inverse_distance;
+  const T cos_spot = T(0.0f) - dot(spot.axis, to_light) * inverse_distance;
   const T edge = min_of(max_of((cos_spot - spot.cos_outer) * spot.inverse_range, T(0.0f)), T(1.0f));
   return cos_receiver * edge * edge * (inverse_distance * inverse_distance);
 }
@@ -103,7 +104,7 @@ LC_FN T point_factor(const Receiver<T, Flat>& receiver, const Spot<T>& spot) {
 /// Geometric factor of a directional light at a receiver: cos_y. `direction` is unit, the way the light travels.
 template <class T, bool Flat>
 LC_FN T directional_factor(const Receiver<T, Flat>& receiver, Vec3T<T> direction) {
-  return receiver_cosine(receiver, direction);
+  return receiver_cosine(receiver, -direction);
 }
 
 }  // namespace lightcuts

@@ -1,7 +1,9 @@
 #pragma once
 
 #include "kernels/camera.h"
+#include "kernels/light.h"
 #include "kernels/surface.h"
+#include "lightcuts/lights.h"
 #include "math/sample_stream.h"
 
 namespace lightcuts {
@@ -39,6 +41,40 @@ LC_KERNEL PlacementPoint trace_placement_point(const SceneView& scene, const Tra
   if (!hit.valid()) return {};
   const Surface s = surface_at(scene, hit, ray.direction);
   return {s.position, s.ns, s.ng, luminance(s.emission), luminance(s.albedo) * kInvPi};
+}
+
+// What a light would bring to a point if nothing were between [1/m^2, or 1 for directional lights], and the ray that
+// tells. For devices; the CPU's SIMD lanes have their own loops over the same formulas.
+
+LC_KERNEL float placement_factor(const PlacementPoint& p, const Vpl& vpl, float clamp_sq) {
+  return vpl_factor(Receiver<float>{p.position, p.ns, p.ng}, vpl.position, vpl.axis, clamp_sq).clamped;
+}
+LC_KERNEL float placement_factor(const PlacementPoint& p, const DirectionalLight& light, float) {
+  return directional_factor(Receiver<float>{p.position, p.ns, p.ng}, light.direction);
+}
+LC_KERNEL float placement_factor(const PlacementPoint& p, const PointLight& light, float) {
+  const float range = max_of(light.cos_inner - light.cos_outer, 1e-6f);
+  return point_factor(Receiver<float>{p.position, p.ns, p.ng},
+                      Spot<float>{light.position, light.axis, light.cos_outer, 1.0f / range});
+}
+LC_KERNEL Ray placement_ray(const PlacementPoint& p, const Vpl& vpl) {
+  return shadow_ray(p.position, offset_point(vpl.position, vpl.axis));
+}
+LC_KERNEL Ray placement_ray(const PlacementPoint& p, const DirectionalLight& light) {
+  return {p.position, 0, -light.direction, kInfinity};
+}
+LC_KERNEL Ray placement_ray(const PlacementPoint& p, const PointLight& light) {
+  return shadow_ray(p.position, light.position);
+}
+
+/// Luminance of the radiance that a point reflects of a light, visibility included.
+template <class Light, class Tracer>
+LC_KERNEL float placement_radiance(const PlacementPoint& p, const Light& light, Vec3 intensity, float clamp_sq,
+                                   const Tracer& tracer) {
+  if (!(p.reflectance > 0)) return 0;
+  const float factor = placement_factor(p, light, clamp_sq);
+  if (!(factor > 0) || tracer.occluded(placement_ray(p, light))) return 0;
+  return luminance(intensity) * factor * p.reflectance;
 }
 
 }  // namespace lightcuts

@@ -19,9 +19,7 @@ bool gpu_answers() { return cuda_device_count() > 0; }
 #endif
 
 /// What the CUDA backend has so far; `auto` must not choose it for the rest.
-bool gpu_can(const RenderOptions& options) {
-  const ShadeOptions& shade = options.shade;
-  if (shade.method != Method::path && options.vpls.placement == VplPlacement::camera) return false;
+bool gpu_can(const ShadeOptions& shade) {
   return shade.method == Method::path ||
          (shade.method == Method::instant_radiosity && shade.visibility != Visibility::ism);
 }
@@ -30,7 +28,7 @@ bool gpu_can(const RenderOptions& options) {
 
 std::unique_ptr<Backend> make_backend(const RenderOptions& options) {
   if (options.backend == BackendKind::cuda) return make_gpu_backend(options);
-  if (options.backend == BackendKind::automatic && gpu_answers() && gpu_can(options)) {
+  if (options.backend == BackendKind::automatic && gpu_answers() && gpu_can(options.shade)) {
     return make_gpu_backend(options);
   }
   return make_cpu_backend(options.threads);

@@ -12,6 +12,7 @@
 #include "render/check_options.h"
 #include "render/make_backend.h"
 #include "render/memory.h"
+#include "render/memory_plan.h"
 
 namespace lightcuts {
 namespace {
@@ -86,6 +87,10 @@ class Run {
 
   RenderResult go() {
     const Stopwatch total;
+    // A GPU's memory is counted by its backend; the budget given for it is not the host's.
+    if (options_.backend != BackendKind::cuda) {
+      require_memory(plan_memory(options_, size_.width, size_.height), memory_budget());
+    }
     backend_ = make_backend(options_);
     Statistics& s = result_.statistics;
     s.device = backend_->device_name();
@@ -107,6 +112,10 @@ class Run {
   }
 
  private:
+  [[nodiscard]] std::uint64_t memory_budget() const {
+    return options_.memory_bytes > 0 ? options_.memory_bytes : default_memory_budget();
+  }
+
   void make_lights() {
     Statistics& s = result_.statistics;
     VplOptions vpls = options_.vpls;
@@ -148,9 +157,8 @@ class Run {
   }
 
   void shade() {
-    const std::uint64_t memory = options_.memory_bytes > 0 ? options_.memory_bytes : default_memory_budget();
-    ShadeResult shaded =
-        backend_->shade(camera_, size_.width, size_.height, options_.shade, memory, result_.statistics, progress_);
+    ShadeResult shaded = backend_->shade(camera_, size_.width, size_.height, options_.shade, memory_budget(),
+                                         result_.statistics, progress_);
     result_.image = std::move(shaded.image);
     result_.complete = shaded.complete;
   }

@@ -20,6 +20,31 @@ TEST(Usage, HelpOfEveryCommandGoesToStdout) {
   EXPECT_THAT(run_lightcuts({"--help"}).out, HasSubstr("render --help"));
 }
 
+TEST(Usage, RangesAreCheckedBeforeTheSceneIsOpened) {
+  const std::vector<std::vector<std::string>> bad{
+      {"--ism-size", "48"}, {"--ism-size", "2048"},  {"--error", "0"},       {"--error", "1"},
+      {"--error", "nan"},   {"--min-distance", "2"}, {"--ism-levels", "11"}, {"--vpls", "0"},
+      {"--samples", "0"},   {"--deposit", "study"},  {"--size", "70000x10"}, {"--fov", "180"}};
+  for (const std::vector<std::string>& words : bad) {
+    std::vector<std::string> command{"render", "no-such-file.gltf"};
+    command.insert(command.end(), words.begin(), words.end());
+    const ProgramResult r = run_lightcuts(command);
+    EXPECT_EQ(r.status, 2) << words[0] << ' ' << words[1] << ": " << r.err;
+    EXPECT_THAT(r.err, Not(HasSubstr("no-such-file.gltf"))) << words[0];
+  }
+}
+
+TEST(Usage, MoreLightsThanMemoryHoldsAreRefusedBeforeTheyAreMade) {
+  const ProgramResult r = run_lightcuts(
+      {"render", "builtin:cornell", "--size", "8x8", "--vpls", "100000000", "--memory", "1G", "-q", "-o", "never.exr"});
+  EXPECT_EQ(r.status, 4) << r.err;
+  EXPECT_THAT(r.err, HasSubstr("--vpls"));
+  const ProgramResult film = run_lightcuts({"render", "builtin:cornell", "--size", "20000x20000", "--memory", "1G",
+                                            "-q", "--method", "path", "-o", "never.exr"});
+  EXPECT_EQ(film.status, 4) << film.err;
+  EXPECT_THAT(film.err, HasSubstr("--size"));
+}
+
 TEST(Usage, RenderHelpNamesEveryOptionOfTheContract) {
   const std::string help = run_lightcuts({"render", "--help"}).out;
   for (const char* option : {"-o,--output",
@@ -39,6 +64,7 @@ TEST(Usage, RenderHelpNamesEveryOptionOfTheContract) {
                              "--primary-lights",
                              "--vpls-per-light",
                              "--bounces B|inf",
+                             "--vpl-placement power|camera",
                              "--deposit physical|study",
                              "--deposit-distance",
                              "--error",

@@ -104,24 +104,48 @@ Scene scene_under_picture() {
   return scene;
 }
 
-TEST(Environment, IsSampledByLuminanceAndSolidAngle) {
+TEST(Environment, IsSampledByWhatIsInterpolatedInItsTexels) {
   const Scene scene = scene_under_picture();
   const CpuScene cpu(scene);
   const EmitterTable table(cpu);
   const EnvironmentView& e = table.view().environment;
+  // A texel gets three quarters of its own share each way and an eighth of both neighbours': what a tent leaves there.
   std::vector<double> expected;
-  double total = 0, sphere = 0;
+  double sphere = 0, total = 0;
   for (int y = 0; y < 8; ++y) {
+    sphere += 16 * environment_solid_angle(e, y);
     for (int x = 0; x < 16; ++x) {
-      expected.push_back(luminance(environment_texel(e, x, y)) * environment_solid_angle(e, y));
-      total += expected.back();
-      sphere += environment_solid_angle(e, y);
+      double sum = 0;
+      for (int k = 0; k < 9; ++k) {
+        const int dx = k % 3 - 1, dy = k / 3 - 1;
+        sum += (dx == 0 ? 0.75 : 0.125) * (dy == 0 ? 0.75 : 0.125) * environment_share(e, x + dx, y + dy);
+      }
+      expected.push_back(sum);
+      total += sum;
     }
   }
   EXPECT_NEAR(sphere, 4 * kPiD, 1e-9);
-  for (double& x : expected) x /= total;
+  EXPECT_NEAR(total, 1, 1e-6);
+
+  // What the sky brings in all, by a fine grid; every place that shines can be drawn.
+  double integral = 0, chance = 0;
+  constexpr int kFine = 16;
+  for (int y = 0; y < 8 * kFine; ++y) {
+    for (int x = 0; x < 16 * kFine; ++x) {
+      const double theta = kPiD * (y + 0.5) / (8 * kFine);
+      const float u = (static_cast<float>(x) + 0.5f) / (16 * kFine), v = (static_cast<float>(y) + 0.5f) / (8 * kFine);
+      const double shine = luminance(interpolate_environment(e, {u, v}));
+      const double solid_angle = std::sin(theta) * (kPiD / (8 * kFine)) * (2 * kPiD / (16 * kFine));
+      integral += shine * solid_angle;
+      chance += pdf_environment_at(e, {u, v}) * solid_angle;
+      if (shine > 0) {
+        ASSERT_GT(expected[static_cast<std::size_t>(16 * (y / kFine) + x / kFine)], 0);
+      }
+    }
+  }
+  EXPECT_NEAR(chance, 1, 1e-3);
   std::vector<std::uint64_t> counts(128);
-  double mean_luminance = 0;
+  double mean_luminance = 0, mean_square = 0;
   for (std::uint32_t i = 0; i < kSamples; ++i) {
     const Sample4 u = random_stream(i).draw(0);
     const EnvironmentSample s = sample_environment(e, u.unit_double(0), u.unit_double(1));
@@ -129,14 +153,16 @@ TEST(Environment, IsSampledByLuminanceAndSolidAngle) {
     std::int32_t x = 0, y = 0;
     find_environment_texel(e, s.direction, &x, &y);
     ++counts[16 * y + x];
-    mean_luminance += luminance(s.radiance) / s.pdf / kSamples;
-    // On the border of two texels rounding may look up the other one.
-    if (eval_environment(e, s.direction) == s.radiance) {
-      EXPECT_NEAR(pdf_environment(e, s.direction) / s.pdf, 1, 1e-5);
-    }
+    const double estimate = luminance(s.radiance) / s.pdf;
+    mean_luminance += estimate / kSamples;
+    mean_square += estimate * estimate / kSamples;
+    EXPECT_NEAR(luminance(eval_environment(e, s.direction)), luminance(s.radiance), 1e-3);
+    EXPECT_NEAR(pdf_environment(e, s.direction), s.pdf, 1e-4 + 1e-3 * s.pdf);
   }
   test::expect_distribution(counts, expected);
-  EXPECT_NEAR(mean_luminance, total, 1e-4 * total);
+  const double error = std::sqrt((mean_square - mean_luminance * mean_luminance) / kSamples);
+  EXPECT_NEAR(mean_luminance, integral, 3 * error + 1e-4 * integral);
+  EXPECT_LT(error, 2e-3 * integral);
 }
 
 TEST(Environment, CentreIsSeenAlongMinusZAndURunsRight) {
@@ -149,10 +175,15 @@ TEST(Environment, CentreIsSeenAlongMinusZAndURunsRight) {
   const CpuScene cpu(scene);
   const EmitterTable table(cpu);
   const EnvironmentView& e = table.view().environment;
-  EXPECT_EQ(eval_environment(e, normalize(Vec3{0.1f, 0.5f, -1})).x, 3);   // just right of the centre, above
-  EXPECT_EQ(eval_environment(e, normalize(Vec3{-0.1f, 0.5f, -1})).x, 2);  // left of it
-  EXPECT_EQ(eval_environment(e, normalize(Vec3{1, -0.5f, 0.1f})).x, 8);   // right, turned to the back, below
-  EXPECT_EQ(eval_environment(e, normalize(Vec3{-1, -0.5f, 0.1f})).x, 5);
+  const float up = std::sqrt(0.5f), far = 0.5f;
+  EXPECT_NEAR(eval_environment(e, {far, up, -far}).x, 3, 1e-4);   // right of the centre, above: a texel's centre
+  EXPECT_NEAR(eval_environment(e, {-far, up, -far}).x, 2, 1e-4);  // left of it
+  EXPECT_NEAR(eval_environment(e, {far, -up, far}).x, 8, 1e-4);   // right, turned to the back, below
+  EXPECT_NEAR(eval_environment(e, {-far, -up, far}).x, 5, 1e-4);
+  EXPECT_NEAR(eval_environment(e, {0, up, -up}).x, 2.5, 1e-4);  // between two centres
+  EXPECT_NEAR(eval_environment(e, {0, up, up}).x, 2.5, 1e-4);   // across the seam: between 4 and 1
+  EXPECT_NEAR(eval_environment(e, {up, 0, -up}).x, 5, 1e-4);    // between the rows
+  EXPECT_NEAR(eval_environment(e, {0, 1, 0}).x, 2.5, 1e-3);     // the pole is no centre: at u = 1/2
 }
 
 TEST(Emitters, DirectSamplesIntegrateToTheIrradiance) {

@@ -171,7 +171,8 @@ void expect_near_all_lights(Stage& stage, int side, const std::string& name) {
     const bool shadows = visibility == Visibility::rays;
     EXPECT_LE(c.mean_relative_error, shadows ? 0.02 : 0.015) << what;
     EXPECT_LE(c.p99_relative_error, shadows ? 0.07 : 0.05) << what;
-    EXPECT_LE(std::abs(c.signed_relative_error), shadows ? 0.012 : 0.0025) << what;
+    // Of one choice of representatives: on `interior` the signed error of six seeds has a mean of 0.001 and a spread of 0.006.
+    EXPECT_LE(std::abs(c.signed_relative_error), shadows ? 0.012 : name == "interior" ? 0.01 : 0.0025) << what;
   }
 }
 

@@ -117,7 +117,9 @@ class Peers:
         result = self.run(words, out.name, [out, stats])
         found = json.loads(stats.read_text())
         times = found["time_ms"]
+        # Loading runs on about one processor; what is left of the program's processor time is the stages'.
         result.update(seconds=sum(times[k] for k in ("bvh", "vpls", "tree", "shadow_maps", "shade")) / 1e3,
+                      cpu_s=max(0, result["process_cpu_s"] - times["load"] / 1e3),
                       memory_bytes=found["memory_bytes"]["host_peak"])
         return out, result
 
@@ -172,19 +174,20 @@ class Peers:
             self.export(name, spec)
             truth = self.halves("lightcuts", name, spec, self.options.reference)
 
-            def add(renderer, what, seconds, memory, file, room=name, reference=truth):
+            def add(renderer, what, found, memory, file, room=name, reference=truth):
                 image = read_exr(file)
                 value, error = relmse_without_noise([image, image], reference)
-                rows.append({"room": room, "renderer": renderer, "samples": what, "seconds": seconds, "relmse": value,
+                rows.append({"room": room, "renderer": renderer, "samples": what, "seconds": found["seconds"],
+                             "cpu_s": found["cpu_s"], "relmse": value,
                              "standard_error": error, "memory_bytes": memory})
                 print(race_line(rows[-1]), flush=True)
 
             for count in counts:
                 out, found = self.ours(name, spec, count, 3)
-                add("lightcuts path", f"{count} paths", found["seconds"], found["memory_bytes"], out)
+                add("lightcuts path", f"{count} paths", found, found["memory_bytes"], out)
             for count in vpls:
                 out, found = self.ours(name, spec, 4, 3, ("--method", "lightcuts", "--vpls", count), f"cut-{count}")
-                add("lightcuts cut", f"{count} VPLs, 4 samples", found["seconds"], found["memory_bytes"], out)
+                add("lightcuts cut", f"{count} VPLs, 4 samples", found, found["memory_bytes"], out)
             for renderer in RENDERERS[1:]:
                 try:
                     files, found = self.theirs(renderer, name, counts, 3)
@@ -192,7 +195,7 @@ class Peers:
                     self.missing[f"{renderer}, {name}"] = str(error)
                     continue
                 for count, file, one in zip(counts, files, found["renders"]):
-                    add(found["renderer"], f"{count} paths", one["seconds"], found["memory_bytes"], file)
+                    add(found["renderer"], f"{count} paths", one, found["memory_bytes"], file)
         return rows
 
 
@@ -203,7 +206,7 @@ def agreement_line(r):
 
 
 def race_line(r):
-    return (f"| {r['room']} | {r['renderer']} | {r['samples']} | {r['seconds']:.3g} | {r['relmse']:.4f} ± {r['standard_error']:.4f} "
+    return (f"| {r['room']} | {r['renderer']} | {r['samples']} | {r['seconds']:.3g} | {r['cpu_s']:.3g} | {r['relmse']:.4f} ± {r['standard_error']:.4f} "
             f"| {r['memory_bytes'] / 1e6:.0f} |")
 
 
@@ -218,12 +221,12 @@ def plot(rows, path):
     figure, all_axes = plt.subplots(1, len(rooms), figsize=(4 * len(rooms), 3.6), squeeze=False)
     for axes, room in zip(all_axes[0], rooms):
         for renderer, style in zip(dict.fromkeys(r["renderer"] for r in rows), ("o-", "D-", "s--", "^--")):
-            points = [(r["seconds"], r["relmse"]) for r in rows if r["room"] == room and r["renderer"] == renderer and r["relmse"] > 0]
+            points = [(r["cpu_s"], r["relmse"]) for r in rows if r["room"] == room and r["renderer"] == renderer and r["relmse"] > 0]
             if points:
                 axes.plot(*zip(*points), style, label=renderer)
         axes.set_xscale("log")
         axes.set_yscale("log")
-        axes.set_xlabel("seconds")
+        axes.set_xlabel("processor seconds")
         axes.set_ylabel("relMSE")
         axes.set_title(room)
         axes.grid(alpha=0.3)
@@ -259,7 +262,8 @@ def main():
     print("| room | against | relmse without noise | with noise | ratio of means R G B | its standard error | within noise |\n"
           "|---|---|---:|---:|---:|---:|---|")
     agreement = peers.agreement(rooms)
-    print("\n| room | renderer | | seconds | relmse without the reference's noise | memory [MB] |\n|---|---|---|---:|---:|---:|")
+    print("\n| room | renderer | | seconds | processor seconds | relmse without the reference's noise | memory [MB] |\n"
+          "|---|---|---|---:|---:|---:|---:|")
     race = peers.race([r for r in rooms if r[0] in options.race], [1, 4, 16, 64], [1000, 10000])
     plot(race, peers.folder / "error-against-time.png")
     report = {"options": vars(options), "agreement": agreement, "race": race, "missing": peers.missing}

@@ -137,9 +137,10 @@ def main():
         for samples in options.samples:
             cycles.samples = samples
             scene.render.filepath = options.output.replace("SAMPLES", str(samples))
-            begin = time.perf_counter()
+            begin, begin_cpu = time.perf_counter(), time.process_time()
             bpy.ops.render.render(write_still=True)
-            results.append({"samples": samples, "seconds": time.perf_counter() - begin})
+            results.append({"samples": samples, "seconds": time.perf_counter() - begin,
+                            "cpu_s": time.process_time() - begin_cpu})
     print(json.dumps({"renderer": f"Cycles (Blender {bpy.app.version_string})", "load_s": loaded - start,
                       "renders": results, "memory_bytes": peak_memory()}))
 

@@ -51,10 +51,11 @@ def main():
     for samples in options.samples:
         # The first picture of a number of samples compiles its kernel; that is measured apart.
         mi.render(scene, spp=samples, seed=0).numpy()
-        begin = time.perf_counter()
+        begin, begin_cpu = time.perf_counter(), time.process_time()
         image = mi.render(scene, spp=samples, seed=options.seed)
         pixels = image.numpy()
-        results.append({"samples": samples, "seconds": time.perf_counter() - begin})
+        results.append({"samples": samples, "seconds": time.perf_counter() - begin,
+                        "cpu_s": time.process_time() - begin_cpu})
         path = options.output.replace("SAMPLES", str(samples))
         mi.Bitmap(pixels.astype("float32")).write(path)
     print(json.dumps({"renderer": f"Mitsuba {mi.__version__} ({options.variant})", "load_s": loaded - start,

@@ -119,7 +119,13 @@ void Study::stop_if_asked() const {
 Json Study::measure(const std::string& key, const std::function<Json()>& make) {
   if (const Json* kept = ledger_->find(key)) return *kept;
   stop_if_asked();
-  Json made = make();
+  Json made;
+  try {
+    made = make();
+  } catch (const Error&) {
+    stop_if_asked();  // a stage that was stopped leaves nothing for the next one, which says so
+    throw;
+  }
   stop_if_asked();  // what was stopped half way is no result
   return ledger_->keep(key, std::move(made));
 }

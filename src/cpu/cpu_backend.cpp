@@ -129,8 +129,8 @@ ShadeResult CpuBackend::shade(const Camera& camera, int width, int height, const
                                                                               : nullptr;
   const AllLights all_lights(kernels_, light_set_, visibility, min_distance);
   LightMarks marks(trees_);
-  const CutContext cut{trees_,        light_set_,      visibility, min_distance * min_distance,
-                       options.error, options.max_cut, marks};
+  const float error = options.visibility == Visibility::rays ? kShadowedShare * options.error : options.error;
+  const CutContext cut{trees_, light_set_, visibility, min_distance * min_distance, error, options.max_cut, marks};
   const HeapLighter heap(cut);
   const PacketLighter packet(cut, cut_kernels(isa_), kernels_);
   const TileLighter& cut_lighter = options.cut == CutWalk::heap ? static_cast<const TileLighter&>(heap) : packet;

@@ -8,11 +8,9 @@
 #include "cpu/light_set.h"
 #include "cpu/tile.h"
 #include "cpu/visibility.h"
+#include "kernels/cut_criterion.h"
 
 namespace lightcuts {
-
-/// Thresholds are lowered by this share, so that a recheck in double precision finds the promise kept strictly.
-inline constexpr double kThresholdSlack = 1e-4;
 
 /// What every way of cutting works on. Everything referred to must outlive it; trees and lights belong together.
 struct CutContext {
@@ -32,9 +30,6 @@ inline const LightTree& tree_of(const LightTrees& trees, LightKind kind) {
   return kind == LightKind::vpl ? trees.vpls : kind == LightKind::point ? trees.points : trees.directionals;
 }
 inline constexpr LightKind kLightKinds[] = {LightKind::vpl, LightKind::point, LightKind::directional};
-
-/// Weights by which the luminance of what a receiver reflects follows from the light that it gets; times pi.
-inline Vec3 reflected_weights(Vec3 albedo) { return {0.2126f * albedo.x, 0.7152f * albedo.y, 0.0722f * albedo.z}; }
 
 /// What a pixel's cut leaves beside its light.
 inline void record_cut(TileLight& out, int pixel, std::uint64_t size, double largest_bound, double total,

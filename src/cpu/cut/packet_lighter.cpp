@@ -6,13 +6,14 @@ namespace lightcuts {
 namespace {
 
 /// Nodes of the first guess.
-constexpr std::uint32_t kFrontierSize = 64;
+constexpr std::uint32_t kFrontierSize = 48;
 
-/// Shadow rays cost a hundred times as much as choosing: smaller groups have smaller cuts.
+/// A group may be so large because what a test saves by serving more pixels is worth more than what the cut grows; with
+/// shadow rays, because rays of full packets cost half as much as those of sparse ones.
 constexpr GroupTuning kUnshadowed{
-    .extent = 0.02f, .cosine = 0.95f, .pixels = kTilePixels, .first_factor = 0.9f, .level_ratio = 1.5f};
+    .extent = 0.06f, .cosine = 0.8f, .pixels = kTilePixels, .first_factor = 1.2f, .level_ratio = 1.5f};
 constexpr GroupTuning kShadowed{
-    .extent = 0.02f, .cosine = 0.95f, .pixels = kPacketSize, .first_factor = 1.5f, .level_ratio = 1.2f};
+    .extent = 0.08f, .cosine = 0.8f, .pixels = kPacketSize, .first_factor = 2.0f, .level_ratio = 1.2f};
 
 }  // namespace
 

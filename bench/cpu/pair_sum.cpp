@@ -24,7 +24,7 @@ constexpr int kRepeats = 500;
 struct Case {
   Isa isa;
   ReceiverPacket receivers;
-  std::vector<VplRecord> vpls;
+  std::vector<Vpl> vpls;
 };
 
 Case make_case(Isa isa, bool flat) {
@@ -39,7 +39,7 @@ void check(const Case& c) {
   shade_kernels(c.isa).sum_vpls(c.receivers, c.vpls.data(), c.vpls.size(), 1e-4f, sum);
   for (int lane = 0; lane < kPacketSize; ++lane) {
     double expected = 0;
-    for (const VplRecord& vpl : c.vpls) {
+    for (const Vpl& vpl : c.vpls) {
       expected +=
           vpl.intensity.x * oracle::vpl_factor(get_lane(c.receivers.position, lane), get_lane(c.receivers.ns, lane),
                                                get_lane(c.receivers.ng, lane), vpl.position, vpl.axis, 1e-2);

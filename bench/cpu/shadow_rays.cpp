@@ -122,7 +122,8 @@ struct Case {
         bare(cpu_scene.view()) {
     VplOptions options;
     options.count = 500;
-    lights = make_light_set(trace_vpls(cpu_scene, emitters, tracer, options));
+    all_lights = trace_vpls(cpu_scene, emitters, tracer, options);
+    lights = make_light_set(all_lights);
     view = make_view(select_camera(scene, ""), 256, 256, 1, 1, true);
     for (int i = 0; i < 16; ++i) {
       tiles.push_back(
@@ -135,6 +136,7 @@ struct Case {
   RayTracer tracer;
   EmitterTable emitters;
   BareEmbree bare;
+  Lights all_lights;
   LightSet lights;
   View view;
   std::vector<Tile> tiles;

@@ -35,6 +35,7 @@ struct Bench {
   Scene scene;
   std::unique_ptr<CpuScene> cpu_scene;
   std::unique_ptr<RayTracer> tracer;
+  Lights all_lights;
   LightSet lights;
 
   explicit Bench(const char* which) : name(which) {
@@ -46,7 +47,8 @@ struct Bench {
     tracer = std::make_unique<RayTracer>(cpu_scene->view());
     VplOptions options;
     options.count = 2000;
-    lights = make_light_set(trace_vpls(*cpu_scene, *tracer, options));
+    all_lights = trace_vpls(*cpu_scene, *tracer, options);
+    lights = make_light_set(all_lights);
   }
 };
 

@@ -5,16 +5,9 @@
 
 #include "lightcuts/math.h"
 #include "lightcuts/scene.h"
+#include "lightcuts/vpl.h"
 
 namespace lightcuts {
-
-/// Virtual point light: a cosine lobe on one side of a surface. Area-light samples are of the same kind.
-/// Radiant intensity I(w) = intensity * max(dot(axis, w), 0).
-struct Vpl {
-  Vec3 position;   ///< [m], world space
-  Vec3 axis;       ///< unit normal of the emitting side
-  Vec3 intensity;  ///< along the axis [W/sr]
-};
 
 /// All the lights that a pixel sums over. The three kinds stay apart because their bounds differ.
 struct Lights {

@@ -17,7 +17,7 @@ constexpr std::size_t kBlock = 256;
 struct VplKind {
   static constexpr LightKind kind = LightKind::vpl;
   const ShadeKernels& kernels;
-  const std::vector<VplRecord>& lights;
+  std::span<const Vpl> lights;
   float min_distance_sq;
 
   void sum(const ReceiverPacket& receivers, std::size_t first, std::size_t count, PacketSum& sum) const {

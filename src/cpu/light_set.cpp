@@ -33,12 +33,12 @@ PointRecord make_record(const PointLight& light) {
 
 LightSet make_light_set(const Lights& lights) {
   LightSet set;
-  set.vpls.reserve(lights.vpls.size());
+  set.vpls = lights.vpls;
   set.points.reserve(lights.points.size());
   set.directionals.reserve(lights.directionals.size());
-  for (const Vpl& vpl : lights.vpls) {
-    require(in_reach(vpl.position) && is_finite(vpl.axis) && is_intensity(vpl.intensity), "VPL", set.vpls.size());
-    set.vpls.push_back({vpl.position, vpl.axis, vpl.intensity, offset_point(vpl.position, vpl.axis)});
+  for (std::size_t i = 0; i < lights.vpls.size(); ++i) {
+    const Vpl& vpl = lights.vpls[i];
+    require(in_reach(vpl.position) && is_finite(vpl.axis) && is_intensity(vpl.intensity), "VPL", i);
   }
   for (const PointLight& light : lights.points) {
     require(in_reach(light.position) && is_finite(light.axis) && is_intensity(light.intensity) &&

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "cpu/simd/packet.h"
@@ -9,7 +10,7 @@ namespace lightcuts {
 
 /// All lights of the sum as the inner loops read them; indices are those of Lights.
 struct LightSet {
-  std::vector<VplRecord> vpls;
+  std::span<const Vpl> vpls;  ///< those of the Lights that it was made of: millions need no second copy
   std::vector<PointRecord> points;
   std::vector<DirectionalRecord> directionals;
 };
@@ -18,6 +19,9 @@ struct LightSet {
 ///
 /// Throws Error{invalid_scene} where a number of a light is not finite or a coordinate lies beyond 1e9 m: from here on
 /// finite sums are taken for granted.
+///
+/// The VPLs stay where they are: `lights`, or what it was moved to, must outlive the set.
 LightSet make_light_set(const Lights& lights);
+LightSet make_light_set(Lights&& lights) = delete;
 
 }  // namespace lightcuts

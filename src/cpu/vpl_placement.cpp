@@ -58,7 +58,7 @@ class Rating {
   void contributions(std::size_t light, Add add) const {
     const std::size_t vpls = lights_.vpls.size(), directionals = lights_.directionals.size();
     if (light < vpls) {
-      const VplRecord& vpl = lights_.vpls[light];
+      const Vpl& vpl = lights_.vpls[light];
       visit(luminance(vpl.intensity), add,
             [&](const ReceiverPacket& packet, PacketFactors& factors, RayPacket16& rays) {
               return kernels_.vpl_shadow_rays(packet, vpl, clamp_sq_, factors, rays);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "kernels/camera.h"
+#include "kernels/offset_point.h"
 #include "kernels/scene_view.h"
 #include "kernels/texture.h"
 
@@ -22,21 +23,11 @@ struct TriangleGeometry {
   float offset;     ///< larger than any rounding error of a point on it [m]
 };
 
-/// Triangles are safe to leave at this many units of rounding of the largest term that made their corners. The
-/// interpolated point, the transform and the robust intersection each lose a few; 32 is twice what tests needed.
-inline constexpr float kSafeUlps = 32 * 5.9604645e-8f;
-
-LC_FN Vec3 absolute(Vec3 v) { return {v.x < 0 ? -v.x : v.x, v.y < 0 ? -v.y : v.y, v.z < 0 ? -v.z : v.z}; }
-
 /// Bound of the terms that are added up in transform_point, whatever cancels.
 LC_FN float transform_magnitude(const Affine& m, Vec3 p) {
   const Vec3 a = absolute(p);
   return max_component(absolute(m.x) * a.x + absolute(m.y) * a.y + absolute(m.z) * a.z + absolute(m.origin));
 }
-
-/// Moves a point off a surface to the side of `ng`, by units of rounding of its largest coordinate.
-/// For points that are no Surface::position, which has been moved already; moving twice does no harm.
-LC_KERNEL Vec3 offset_point(Vec3 p, Vec3 ng) { return p + ng * (max_component(absolute(p)) * kSafeUlps + 1e-30f); }
 
 /// Where a ray to a point ends, as a share of the way: what the point lies on must not block it, and the rounding of a
 /// long ray grows with its length. A blocker that is nearer to the point than 1e-5 of the distance is not seen.

@@ -7,6 +7,7 @@
 #include "cpu/simd/isa.h"
 #include "cpu/simd/shade_kernels.h"
 #include "cpu_shade/random_packet.h"
+#include "kernels/offset_point.h"
 #include "lightcuts/error.h"
 #include "oracle/light_oracle.h"
 
@@ -39,7 +40,7 @@ TEST_P(Kernels, EachVplAgreesWithDoublePrecision) {
   for (int round = 0; round < 500; ++round) {
     const bool flat = round % 2 == 0;
     const ReceiverPacket receivers = random_receivers(dice, flat);
-    const VplRecord vpl = random_vpl(dice);
+    const Vpl vpl = random_vpl(dice);
     const float min_distance = round % 3 == 0 ? 0.0f : 0.5f;
     PacketSum sum{};
     kernels.sum_vpls(receivers, &vpl, 1, min_distance * min_distance, sum);
@@ -56,7 +57,7 @@ TEST_P(Kernels, EachVplAgreesWithDoublePrecision) {
 
 TEST_P(Kernels, FlatPacketsGetTheSameAsOthers) {
   Dice dice(2);
-  std::vector<VplRecord> vpls;
+  std::vector<Vpl> vpls;
   for (int i = 0; i < 100; ++i) vpls.push_back(random_vpl(dice));
   ReceiverPacket receivers = random_receivers(dice, true);
   PacketSum fast{}, general{};
@@ -72,8 +73,7 @@ TEST_P(Kernels, RaysCarryTheFactorsOfTheSumAndEndAtTheLight) {
   Dice dice(3);
   for (int round = 0; round < 100; ++round) {
     const ReceiverPacket receivers = random_receivers(dice, false);
-    VplRecord vpl = random_vpl(dice);
-    vpl.ray_target = vpl.position + vpl.axis * 0.01f;
+    const Vpl vpl = random_vpl(dice);
     PacketSum sum{};
     PacketFactors factors{};
     RayPacket16 rays{};
@@ -82,7 +82,7 @@ TEST_P(Kernels, RaysCarryTheFactorsOfTheSumAndEndAtTheLight) {
     for (int lane = 0; lane < kPacketSize; ++lane) {
       EXPECT_EQ((lit >> lane & 1u) != 0, factors.clamped[lane] > 0);
       EXPECT_NEAR(factors.clamped[lane] * vpl.intensity.x, sum.light.x[lane], 1e-6f * sum.light.x[lane]);
-      EXPECT_NEAR(rays.oy[lane] + rays.t_max[lane] * rays.dy[lane], vpl.ray_target.y, 1e-6f);
+      EXPECT_NEAR(rays.oy[lane] + rays.t_max[lane] * rays.dy[lane], offset_point(vpl.position, vpl.axis).y, 1e-6f);
       EXPECT_EQ(rays.ox[lane], receivers.position.x[lane]);
       EXPECT_EQ(rays.t_min[lane], 0);
     }
@@ -135,7 +135,7 @@ TEST_P(Kernels, DirectionalLightsAgreeWithDoublePrecision) {
 TEST_P(Kernels, TheClampsLossIsWhatItTakes) {
   Dice dice(6);
   const ReceiverPacket receivers = random_receivers(dice, false);
-  std::vector<VplRecord> vpls;
+  std::vector<Vpl> vpls;
   for (int i = 0; i < 200; ++i) vpls.push_back(random_vpl(dice));
   PacketSum clamped{}, unclamped{}, loss{};
   EXPECT_TRUE(kernels.sum_vpls(receivers, vpls.data(), vpls.size(), 0.25f, clamped));
@@ -177,11 +177,11 @@ TEST_P(Kernels, LightsAtTheReceiverOrBehindItGiveNothing) {
     set_lane(receivers.ns, lane, {0, 0, 1});
     set_lane(receivers.ng, lane, {0, 0, 1});
   }
-  const VplRecord vpls[] = {{{1, 2, 3}, {0, 0, -1}, {1, 1, 1}, {}},   // at the receiver
-                            {{1, 2, 2}, {0, 0, 1}, {1, 1, 1}, {}},    // behind the receiver
-                            {{1, 2, 4}, {0, 0, 1}, {1, 1, 1}, {}},    // in front, but turned away
-                            {{1, 2, 4}, {0, 0, -1}, {0, 0, 0}, {}}};  // black
-  for (const VplRecord& vpl : vpls) {
+  const Vpl vpls[] = {{{1, 2, 3}, {0, 0, -1}, {1, 1, 1}},   // at the receiver
+                      {{1, 2, 2}, {0, 0, 1}, {1, 1, 1}},    // behind the receiver
+                      {{1, 2, 4}, {0, 0, 1}, {1, 1, 1}},    // in front, but turned away
+                      {{1, 2, 4}, {0, 0, -1}, {0, 0, 0}}};  // black
+  for (const Vpl& vpl : vpls) {
     for (const float clamp_sq : {0.0f, 1.0f}) {
       PacketSum sum{};
       kernels.sum_vpls(receivers, &vpl, 1, clamp_sq, sum);
@@ -198,8 +198,8 @@ TEST_P(Kernels, ShadingNormalsDoNotLetLightThroughASurface) {
   set_lane(receivers.position, 0, {0, 0, 0});
   set_lane(receivers.ng, 0, {0, 0, 1});
   set_lane(receivers.ns, 0, normalize(Vec3{1, 0, 1}));
-  const VplRecord below{{1, 0, -0.5f}, normalize(Vec3{-1, 0, 0.5f}), {1, 1, 1}, {}};
-  const VplRecord above{{1, 0, 0.5f}, normalize(Vec3{-1, 0, -0.5f}), {1, 1, 1}, {}};
+  const Vpl below{{1, 0, -0.5f}, normalize(Vec3{-1, 0, 0.5f}), {1, 1, 1}};
+  const Vpl above{{1, 0, 0.5f}, normalize(Vec3{-1, 0, -0.5f}), {1, 1, 1}};
   PacketSum sum{};
   kernels.sum_vpls(receivers, &below, 1, 0, sum);
   EXPECT_EQ(sum.light.x[0], 0);
@@ -211,7 +211,7 @@ TEST_P(Kernels, ExtremeDistancesStayFinite) {
   Dice dice(9);
   for (const float size : {1e-30f, 1e-12f, 1e-6f, 1e6f, 1e9f}) {
     const ReceiverPacket receivers = random_receivers(dice, false, size);
-    std::vector<VplRecord> vpls;
+    std::vector<Vpl> vpls;
     for (int i = 0; i < 50; ++i) vpls.push_back(random_vpl(dice, size));
     PacketSum sum{};
     kernels.sum_vpls(receivers, vpls.data(), vpls.size(), 0, sum);

@@ -48,9 +48,9 @@ inline ReceiverPacket random_receivers(Dice& dice, bool flat, float half = 1) {
   return packet;
 }
 
-inline VplRecord random_vpl(Dice& dice, float half = 1) {
+inline Vpl random_vpl(Dice& dice, float half = 1) {
   const Vec3 position = dice.in_box(half);
-  return {position, dice.direction(), dice.color(), position};
+  return {position, dice.direction(), dice.color()};
 }
 
 }  // namespace lightcuts

@@ -169,8 +169,9 @@ TEST(MapPlan, CutsNeedRoomForTwoMapsAThreadAndNoMore) {
 }
 
 TEST(MapPlan, AMillionMapsFitIntoAFewGibibytes) {
+  const std::vector<Vpl> vpls(1'000'000);
   LightSet lights;
-  lights.vpls.resize(1'000'000);
+  lights.vpls = vpls;
   ShadowMapOptions options;
   options.size = 128;
   const std::uint64_t budget = std::uint64_t{3} << 30;

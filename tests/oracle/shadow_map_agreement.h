@@ -82,7 +82,7 @@ inline Agreement measure_agreement(const ShadowMapSet& maps, const LightSet& lig
   ReceiverSampler sampler(scene.view(), 1);
   for (std::size_t light = 0; light < lights.vpls.size(); light += step) {
     const auto id = static_cast<std::uint32_t>(light);
-    const VplRecord& vpl = lights.vpls[light];
+    const Vpl& vpl = lights.vpls[light];
     if (!maps.has(LightKind::vpl, id)) continue;
     const MapView view = maps.view_of(LightKind::vpl, id);
     for (int drawn = 0; drawn < per_light;) {
@@ -93,7 +93,7 @@ inline Agreement measure_agreement(const ShadowMapSet& maps, const LightSet& lig
       for (int lane = 0; lane < kPacketSize && tries < 10000;) {
         ++tries;
         const ReceiverSampler::Point p = sampler.draw();
-        const Vec3 to_light = vpl.ray_target - p.position;
+        const Vec3 to_light = offset_point(vpl.position, vpl.axis) - p.position;
         if (dot(to_light, vpl.axis) >= 0 || dot(to_light, p.normal) <= 0) continue;
         packet.position.x[lane] = p.position.x;
         packet.position.y[lane] = p.position.y;
@@ -107,7 +107,7 @@ inline Agreement measure_agreement(const ShadowMapSet& maps, const LightSet& lig
       alignas(64) float share[kPacketSize];
       maps.shares(LightKind::vpl, id, packet, 0xffff, share);
       for (int lane = 0; lane < kPacketSize; ++lane, ++drawn) {
-        const bool visible = !tracer.occluded(shadow_ray(points[lane].position, vpl.ray_target));
+        const bool visible = !tracer.occluded(shadow_ray(points[lane].position, offset_point(vpl.position, vpl.axis)));
         const bool lit = share[lane] > 0.5f;
         result.pairs += 1;
         result.lit += visible ? 1 : 0;

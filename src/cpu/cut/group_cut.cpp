@@ -38,7 +38,7 @@ CutLight cut_light(LightKind kind, const LightTree& tree, const LightSet& lights
   const LightNode& node = tree.nodes[index];
   CutLight light{{}, bound, {}, index, node.intensity, node.representative};
   if (kind == LightKind::vpl) {
-    const VplRecord& vpl = lights.vpls[node.representative];
+    const Vpl& vpl = lights.vpls[node.representative];
     light.position = vpl.position;
     light.axis = vpl.axis;
   }

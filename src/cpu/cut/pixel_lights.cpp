@@ -5,6 +5,7 @@
 
 #include "kernels/cluster_bound.h"
 #include "kernels/light.h"
+#include "kernels/offset_point.h"
 
 namespace lightcuts {
 namespace {
@@ -57,9 +58,10 @@ UnitLight PixelLights::evaluate(LightKind kind, std::uint32_t light) {
   const Receiver<float> receiver{position_, ns_, ng_};
   switch (kind) {
     case LightKind::vpl: {
-      const VplRecord& vpl = context_.lights.vpls[light];
+      const Vpl& vpl = context_.lights.vpls[light];
       const VplFactor<float> factor = vpl_factor(receiver, vpl.position, vpl.axis, context_.min_distance_sq);
-      return seen(kind, light, {factor.clamped, factor.unclamped}, vpl.ray_target - position_, 1.0f);
+      return seen(kind, light, {factor.clamped, factor.unclamped}, offset_point(vpl.position, vpl.axis) - position_,
+                  1.0f);
     }
     case LightKind::point: {
       const PointRecord& point = context_.lights.points[light];

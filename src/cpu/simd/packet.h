@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "lightcuts/math.h"
+#include "lightcuts/vpl.h"
 
 namespace lightcuts {
 
@@ -26,14 +27,6 @@ struct alignas(64) ReceiverPacket {
   PacketVec3 ng;             ///< unit geometric normals, on the viewer's side
   std::uint32_t active = 0;  ///< bit i: pixel i sees a surface
   bool flat = false;         ///< ns == ng in every pixel: a faster kernel serves
-};
-
-/// A VPL ready for the inner loop.
-struct VplRecord {
-  Vec3 position;    ///< [m]
-  Vec3 axis;        ///< unit
-  Vec3 intensity;   ///< [W/sr]
-  Vec3 ray_target;  ///< the position off its surface by the rounding error: where shadow rays end [m]
 };
 
 /// A point or spot light ready for the inner loop; see PointLight.

@@ -18,15 +18,14 @@ struct ShadeKernels {
   int lanes;  ///< pixels in one register
 
   /// True if some receiver is nearer to some light than the clamp: then sum_vpl_loss has something to say.
-  bool (*sum_vpls)(const ReceiverPacket&, const VplRecord* vpls, std::size_t count, float min_distance_sq,
-                   PacketSum& sum);
+  bool (*sum_vpls)(const ReceiverPacket&, const Vpl* vpls, std::size_t count, float min_distance_sq, PacketSum& sum);
   /// Sets only sum.lost: the luminance that the clamp took.
-  void (*sum_vpl_loss)(const ReceiverPacket&, const VplRecord* vpls, std::size_t count, float min_distance_sq,
+  void (*sum_vpl_loss)(const ReceiverPacket&, const Vpl* vpls, std::size_t count, float min_distance_sq,
                        PacketSum& sum);
   void (*sum_points)(const ReceiverPacket&, const PointRecord* points, std::size_t count, PacketSum& sum);
   void (*sum_directionals)(const ReceiverPacket&, const DirectionalRecord* lights, std::size_t count, PacketSum& sum);
 
-  std::uint32_t (*vpl_shadow_rays)(const ReceiverPacket&, const VplRecord&, float min_distance_sq, PacketFactors&,
+  std::uint32_t (*vpl_shadow_rays)(const ReceiverPacket&, const Vpl&, float min_distance_sq, PacketFactors&,
                                    RayPacket16&);
   std::uint32_t (*point_shadow_rays)(const ReceiverPacket&, const PointRecord&, PacketFactors&, RayPacket16&);
   std::uint32_t (*directional_shadow_rays)(const ReceiverPacket&, const DirectionalRecord&, PacketFactors&,

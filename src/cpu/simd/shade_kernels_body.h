@@ -4,6 +4,7 @@
 #include "cpu/simd/lanes.h"
 #include "cpu/simd/shade_kernels.h"
 #include "kernels/light.h"
+#include "kernels/offset_point.h"
 
 namespace lightcuts::LC_ISA {
 namespace {
@@ -38,15 +39,15 @@ LC_LANES_FN Spot<Lanes> load_spot(const PointRecord& point) {
 // --- Sums over a block of lights, without visibility ---
 
 template <bool Flat>
-LC_LANES_FN bool sum_vpls_of(const ReceiverPacket& packet, const VplRecord* vpls, std::size_t count,
-                             float min_distance_sq, PacketSum& sum) {
+LC_LANES_FN bool sum_vpls_of(const ReceiverPacket& packet, const Vpl* vpls, std::size_t count, float min_distance_sq,
+                             PacketSum& sum) {
   const Lanes clamp_sq(min_distance_sq);
   bool near = false;
   for (int first = 0; first < kPacketSize; first += Lanes::kCount) {
     const Receiver<Lanes, Flat> receiver = load_receiver<Flat>(packet, first);
     LanesVec3 light = broadcast(Vec3{});
     Lanes nearest_sq(std::numeric_limits<float>::max());
-    for (const VplRecord* vpl = vpls; vpl != vpls + count; ++vpl) {
+    for (const Vpl* vpl = vpls; vpl != vpls + count; ++vpl) {
       const VplFactor<Lanes> factor = vpl_factor(receiver, broadcast(vpl->position), broadcast(vpl->axis), clamp_sq);
       nearest_sq = min_of(factor.distance_sq, nearest_sq);
       light += broadcast(vpl->intensity) * factor.clamped;
@@ -57,19 +58,18 @@ LC_LANES_FN bool sum_vpls_of(const ReceiverPacket& packet, const VplRecord* vpls
   return near;
 }
 
-bool sum_vpls(const ReceiverPacket& packet, const VplRecord* vpls, std::size_t count, float min_distance_sq,
-              PacketSum& sum) {
+bool sum_vpls(const ReceiverPacket& packet, const Vpl* vpls, std::size_t count, float min_distance_sq, PacketSum& sum) {
   return packet.flat ? sum_vpls_of<true>(packet, vpls, count, min_distance_sq, sum)
                      : sum_vpls_of<false>(packet, vpls, count, min_distance_sq, sum);
 }
 
-void sum_vpl_loss(const ReceiverPacket& packet, const VplRecord* vpls, std::size_t count, float min_distance_sq,
+void sum_vpl_loss(const ReceiverPacket& packet, const Vpl* vpls, std::size_t count, float min_distance_sq,
                   PacketSum& sum) {
   const Lanes clamp_sq(min_distance_sq);
   for (int first = 0; first < kPacketSize; first += Lanes::kCount) {
     const Receiver<Lanes, false> receiver = load_receiver<false>(packet, first);
     Lanes lost(0.0f);
-    for (const VplRecord* vpl = vpls; vpl != vpls + count; ++vpl) {
+    for (const Vpl* vpl = vpls; vpl != vpls + count; ++vpl) {
       const VplFactor<Lanes> factor = vpl_factor(receiver, broadcast(vpl->position), broadcast(vpl->axis), clamp_sq);
       const Lanes taken = select(factor.distance_sq < clamp_sq, factor.unclamped - factor.clamped, Lanes(0.0f));
       lost = lost + taken * Lanes(luminance(vpl->intensity));
@@ -127,14 +127,15 @@ LC_LANES_FN void store_rays_to(const ReceiverPacket& packet, int first, const Ve
   store_rays(packet, first, broadcast(target) - load(packet.position, first), 1.0f, rays);
 }
 
-std::uint32_t vpl_shadow_rays(const ReceiverPacket& packet, const VplRecord& vpl, float min_distance_sq,
+std::uint32_t vpl_shadow_rays(const ReceiverPacket& packet, const Vpl& vpl, float min_distance_sq,
                               PacketFactors& factors, RayPacket16& rays) {
+  const Vec3 target = offset_point(vpl.position, vpl.axis);
   std::uint32_t lit = 0;
   for (int first = 0; first < kPacketSize; first += Lanes::kCount) {
     const VplFactor<Lanes> factor = vpl_factor(load_receiver<false>(packet, first), broadcast(vpl.position),
                                                broadcast(vpl.axis), Lanes(min_distance_sq));
     lit |= store_factors(factor.clamped, factor.unclamped, first, factors);
-    store_rays_to(packet, first, vpl.ray_target, rays);
+    store_rays_to(packet, first, target, rays);
   }
   return lit;
 }

@@ -28,15 +28,15 @@ double lit_share(const MapScene& s, const ShadowMapSet& maps, std::size_t step, 
   double asked = 0, passed = 0;
   for (std::size_t light = 0; light < s.light_set.vpls.size(); light += step) {
     const auto id = static_cast<std::uint32_t>(light);
-    const VplRecord& vpl = s.light_set.vpls[light];
+    const Vpl& vpl = s.light_set.vpls[light];
     const MapView view = maps.view_of(LightKind::vpl, id);
     for (int found = 0, tries = 0; found < per_light && tries < 60 * per_light; ++tries) {
       const auto p = sampler.draw();
-      const Vec3 to_light = vpl.ray_target - p.position;
+      const Vec3 to_light = offset_point(vpl.position, vpl.axis) - p.position;
       if (dot(to_light, vpl.axis) >= -0.05f * length(to_light) || dot(to_light, p.normal) <= 0.05f * length(to_light)) {
         continue;
       }
-      if (s.tracer.occluded(shadow_ray(p.position, vpl.ray_target))) continue;
+      if (s.tracer.occluded(shadow_ray(p.position, offset_point(vpl.position, vpl.axis)))) continue;
       if (oracle::at_shadow_edge(s.tracer, view, maps.maker().options().size, p.position, p.normal, true)) continue;
       ReceiverPacket packet{};
       set_lane(packet.position, 0, p.position);

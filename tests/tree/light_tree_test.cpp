@@ -236,5 +236,15 @@ TEST(LightTree, ReportsProgressAndStops) {
 // Memory per light: the VPL and the tree.
 TEST(LightTree, TakesLessThanTwoHundredBytesALight) { EXPECT_LT(sizeof(Vpl) + 2 * sizeof(LightNode), 200u); }
 
+TEST(LightTrees, TenMillionLightsNeedWhatIsSaid) {
+  static_assert(sizeof(Vpl) + 2 * sizeof(LightNode) < 200);
+  constexpr std::uint64_t lights = 10'000'000;
+  for (const TreeBuilder builder : kBuilders) {
+    const std::uint64_t bytes = light_tree_build_bytes(lights, builder);
+    EXPECT_GT(bytes, lights * 2 * sizeof(LightNode));
+    EXPECT_LT(bytes, std::uint64_t{4} << 30);
+  }
+}
+
 }  // namespace
 }  // namespace lightcuts

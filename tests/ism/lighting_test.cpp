@@ -155,8 +155,9 @@ TEST(LightByMaps, SaysWhatItNeedsBeforeItTakesMemory) {
 }
 
 TEST(MapPlan, CutsNeedRoomForTwoMapsAThreadAndNoMore) {
+  const std::vector<Vpl> vpls(1'000'000);
   LightSet lights;
-  lights.vpls.resize(1'000'000);
+  lights.vpls = vpls;
   const ShadowMapOptions options;
   const std::uint64_t fixed = SurfacePoints::bytes_for({8000}) + ShadowMapPool::kBytesPerLight * 1'000'000;
   const std::uint64_t per_map = ShadowMapPool::bytes_per_map(options);

@@ -114,8 +114,8 @@ inline Agreement measure_agreement(const ShadowMapSet& maps, const LightSet& lig
         result.wrongly_lit += lit && !visible ? 1 : 0;
         result.wrongly_dark += !lit && visible ? 1 : 0;
         if (!edges) continue;
-        const bool edge =
-            at_shadow_edge(tracer, view, maps.maker().options().size, points[lane].position, points[lane].normal, visible);
+        const bool edge = at_shadow_edge(tracer, view, maps.maker().options().size, points[lane].position,
+                                         points[lane].normal, visible);
         result.at_edges += edge ? 1 : 0;
         result.wrong_at_edges += edge && lit != visible ? 1 : 0;
       }

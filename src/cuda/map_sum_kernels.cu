@@ -64,7 +64,7 @@ __device__ void add_vpl(const PixelReceiver& receiver, const LitVpl& lit, const 
     const int size = Size > 0 ? Size : maps.size;
     const Depth* const codes =
         static_cast<const Depth*>(maps.codes) + static_cast<std::size_t>(lit.slot) * (size * size);
-    share = look_up_map<Depth, true, Size>(lit.map, to_map(lit.map, receiver.position), -receiver.ng, size, codes);
+    share = look_up_map<Depth, true, Size>(lit.map, to_map(lit.map, receiver.position), receiver.ng, size, codes);
   }
   sums.block += lit.intensity * (factor.clamped * share);
   if (factor.distance_sq < min_distance_sq) {
@@ -72,18 +72,6 @@ __device__ void add_vpl(const PixelReceiver& receiver, const LitVpl& lit, const 
     const float unclamped = vpl_factor(receiver, lit.position, lit.map.z, 0.0f).clamped;
     sums.block_lost += luminance(lit.intensity) * ((unclamped - factor.clamped) * share);
   }
-}
-
-/// A number that the compiler knows nothing about: it then does not trade it for another that costs more in the loop.
-__device__ float opaque(float v) {
-  asm volatile("" : "+f"(v));
-  return v;
-}
-__device__ Vec3 opaque(Vec3 v) { return {opaque(v.x), opaque(v.y), opaque(v.z)}; }
-
-/// A pixel's receiver. Lights are multiplied by the negated normals (receiver_cosine), so these are what is kept.
-__device__ PixelReceiver load_receiver(const PixelView& pixels, std::uint32_t slot) {
-  return {pixels.position[slot], -opaque(-pixels.ns[slot]), -opaque(-pixels.ng[slot])};
 }
 
 /// One thread a pixel; a block of threads shares the lights that it loads.
@@ -97,7 +85,7 @@ __global__ void __launch_bounds__(kThreads, 8)
   Sums sums;
   const bool inside = slot < slots;
   if (inside) {
-    receiver = load_receiver(pixels, slot);
+    receiver = {pixels.position[slot], pixels.ns[slot], pixels.ng[slot]};
     sums.total = out.light[slot];
     sums.lost = out.lost[slot];
   }
@@ -145,7 +133,7 @@ __global__ void __launch_bounds__(kThreads)
                       MapSetView maps, SumView out) {
   const std::uint32_t slot = blockIdx.x * kThreads + threadIdx.x;
   if (slot >= slots) return;
-  const PixelReceiver receiver = load_receiver(pixels, slot);
+  const PixelReceiver receiver = {pixels.position[slot], pixels.ns[slot], pixels.ng[slot]};
   if (receiver.ns == Vec3{}) return;
   Sums sums;
   sums.total = out.light[slot];

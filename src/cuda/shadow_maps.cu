@@ -102,14 +102,25 @@ struct DrawParams {
   bool noise;
 };
 
-/// Discs that a warp found in its points, side by side, so that its lanes can share out the texels of all of them.
+/// Texels of a row that a lane draws one after the other.
+constexpr int kRun = 4;
+
+/// What a disc may cover, cut into runs of up to kRun texels; numbers as floats, which are quicker than conversions.
+struct alignas(16) RunBox {
+  float lo_x, lo_y, end_x;
+  float runs;  ///< in a row
+  float inverse_runs;
+  int begin;  ///< where the disc's runs begin among those of all
+  int edge_count;
+  float radius_sq;  ///< orthographic
+};
+
+/// Discs that a warp found in its points, side by side, so that its lanes can share out the runs of all of them.
 struct alignas(16) WarpDiscs {
-  float4 first[kWarp];     ///< of MapDisc the normal and the slack (orthographic: unit normal, plane)
-  float4 second[kWarp];    ///< twice the centre (orthographic: once, and the squared radius)
-  float4 box[kWarp];       ///< first column, first row, width, 1 / width
+  float4 first[kWarp];   ///< of MapDisc the normal and the slack (orthographic: unit normal, plane)
+  float4 second[kWarp];  ///< twice the centre (orthographic: once)
+  RunBox box[kWarp];
   float4 edges[kWarp][5];  ///< those that come near; a fifth entry against bank conflicts
-  int begin[kWarp];        ///< where a disc's texels begin among those of all
-  int edge_count[kWarp];
 };
 
 /// The lanes' numbers in a row: for each lane the last of the ascending `starts` that is not above its number.
@@ -126,16 +137,25 @@ __device__ int owner_of(int first, int start, int lane) {
   return before + __popc(marks & (2u << lane) - 1u) - 1;
 }
 
+/// Runs that a disc's box is cut into.
+__device__ int runs_of(const ProjectedDisc& disc) {
+  return disc.empty() ? 0 : (disc.width() + kRun - 1) / kRun * (disc.rows.hi - disc.rows.lo + 1);
+}
+
 template <bool Paraboloid>
-__device__ void stage_disc(const MapView& view, const ProjectedDisc& disc, float radius_sq, int at, int begin,
-                           WarpDiscs& discs) {
+__device__ void stage_disc(const ProjectedDisc& disc, float radius_sq, int at, int begin, WarpDiscs& discs) {
   const Vec3 n = Paraboloid ? disc.disc.normal : disc.normal, c = Paraboloid ? disc.disc.twice_centre : disc.local;
-  const auto width = static_cast<float>(disc.width());
+  const auto runs = static_cast<float>((disc.width() + kRun - 1) / kRun);
   discs.first[at] = {n.x, n.y, n.z, Paraboloid ? disc.disc.slack : disc.plane};
-  discs.second[at] = {c.x, c.y, c.z, radius_sq};
-  discs.box[at] = {static_cast<float>(disc.columns.lo), static_cast<float>(disc.rows.lo), width, 1 / width};
-  discs.begin[at] = begin;
-  discs.edge_count[at] = 0;
+  discs.second[at] = {c.x, c.y, c.z, 0};
+  discs.box[at] = {static_cast<float>(disc.columns.lo),
+                   static_cast<float>(disc.rows.lo),
+                   static_cast<float>(disc.columns.hi + 1),
+                   runs,
+                   1 / runs,
+                   begin,
+                   0,
+                   radius_sq};
 }
 
 /// Stages the edges of a cut disc that come near it.
@@ -151,7 +171,7 @@ __device__ void stage_edges(const MapView& view, const ProjectedDisc& disc, cons
     if (Paraboloid) inward = map_edge(disc.disc, inward, offset);
     discs.edges[at][count++] = {inward.x, inward.y, inward.z, offset};
   }
-  discs.edge_count[at] = count;
+  discs.box[at].edge_count = count;
 }
 
 /// Small whole numbers as floats and back, without the conversions, which GPUs do at a quarter of their speed.
@@ -162,43 +182,47 @@ __device__ int small_of_float(float whole) { return static_cast<int>(__float_as_
 /// Also of numbers a little below 0, where steps would be halves beside 2^23.
 __device__ float round_small(float v) { return (v + 0x1.8p23f) - 0x1.8p23f; }
 
-/// A texel of a map, and its centre.
-struct Texel {
-  float u, v;
-  int index;
-};
-
-/// Texel `number` of a box.
-__device__ Texel texel_in_box(float4 box, int number, float side, float texel) {
-  const float inside = float_of_small(number) + 0.5f;
-  const float row = round_small(inside * box.w - 0.5f);
-  const float x = box.x + (inside - row * box.z), y = box.y + row;  // x is half a texel more
-  return {x * texel - 1, y * texel + (0.5f * texel - 1), small_of_float(y * side + (x - 0.5f))};
-}
-
 /// What a texel that a disc covers is drawn with: larger is nearer, 0 is none. Of floats above 0 the bits are in order.
 template <bool Paraboloid>
-__device__ std::uint32_t nearness_at(const MapView& view, const WarpDiscs& discs, int owner, const Texel& at) {
-  const float4 a = discs.first[owner], b = discs.second[owner];
-  const int edges = discs.edge_count[owner];
+__device__ std::uint32_t nearness_at(const MapView& view, float4 first, float4 second, const float4* edges,
+                                     int edge_count, float radius_sq, float u, float v) {
   if constexpr (Paraboloid) {
-    const MapDisc<float> disc{{a.x, a.y, a.z}, {b.x, b.y, b.z}, a.w};
-    const TexelRay<float> w = texel_ray(at.u, at.u * at.u, at.v, at.v * at.v);
+    const MapDisc<float> disc{{first.x, first.y, first.z}, {second.x, second.y, second.z}, first.w};
+    const TexelRay<float> w = texel_ray(u, u * u, v, v * v);
     const DiscTest<float> test = test_disc(disc, w);
     if (!(test.nearness > 0) || !(test.outside < 0)) return 0;
-    for (int e = 0; e < edges; ++e) {
-      const float4 edge = discs.edges[owner][e];
-      if (!(along(w, Vec3{edge.x, edge.y, edge.z}) > 0)) return 0;
+    for (int e = 0; e < edge_count; ++e) {
+      if (!(along(w, Vec3{edges[e].x, edges[e].y, edges[e].z}) > 0)) return 0;
     }
     return __float_as_uint(test.nearness);
   } else {
-    const Vec3 hit = meet_plane_orthographic(at.u, at.v, Vec3{a.x, a.y, a.z}, a.w, view.half_width);
-    if (!(hit.z > 0) || !(length_sq(hit - Vec3{b.x, b.y, b.z}) < b.w)) return 0;
-    for (int e = 0; e < edges; ++e) {
-      const float4 edge = discs.edges[owner][e];
-      if (!(dot(Vec3{edge.x, edge.y, edge.z}, hit) > edge.w)) return 0;
+    const Vec3 hit = meet_plane_orthographic(u, v, Vec3{first.x, first.y, first.z}, first.w, view.half_width);
+    if (!(hit.z > 0) || !(length_sq(hit - Vec3{second.x, second.y, second.z}) < radius_sq)) return 0;
+    for (int e = 0; e < edge_count; ++e) {
+      if (!(dot(Vec3{edges[e].x, edges[e].y, edges[e].z}, hit) > edges[e].w)) return 0;
     }
     return ~__float_as_uint(hit.z);
+  }
+}
+
+/// Draws run `number` of all that the warp's discs may cover; disc `owner` has it.
+template <bool Paraboloid>
+__device__ void draw_run(const MapView& view, const WarpDiscs& discs, int owner, int number, float side, float texel,
+                         std::uint32_t* nearness) {
+  const RunBox box = discs.box[owner];
+  const float inside = float_of_small(number - box.begin) + 0.5f;
+  const float row = round_small(inside * box.inverse_runs - 0.5f);
+  const float y = box.lo_y + row, x = box.lo_x + kRun * (inside - 0.5f - row * box.runs);
+  const float v = y * texel + (0.5f * texel - 1);
+  const float4 first = discs.first[owner], second = discs.second[owner];
+  std::uint32_t* const at = nearness + small_of_float(y * side + x);
+#pragma unroll
+  for (int k = 0; k < kRun; ++k) {
+    const float column = x + static_cast<float>(k);
+    if (column >= box.end_x) break;
+    const std::uint32_t found = nearness_at<Paraboloid>(view, first, second, discs.edges[owner], box.edge_count,
+                                                        box.radius_sq, column * texel + (0.5f * texel - 1), v);
+    if (found > at[k]) atomicMax(at + k, found);
   }
 }
 
@@ -218,7 +242,7 @@ __device__ void draw_points(const DrawParams& p, const MapView& view, std::uint3
                             std::uint32_t* nearness) {
   ProjectedDisc disc;
   Vec3 centre;
-  int texels = 0;
+  int runs = 0;
   float radius = p.points.largest;
   std::uint32_t shape = 0;
   if (index != kNone) {
@@ -231,33 +255,31 @@ __device__ void draw_points(const DrawParams& p, const MapView& view, std::uint3
       shape = __float_as_uint(a.w);
       if (shape == 1) radius = p.points.small;
       disc = project_disc<Paraboloid>(view, local, Vec3{b.x, b.y, b.z}, radius, p.size);
-      texels = disc.texels();
+      runs = runs_of(disc);
     }
   }
-  int end = texels;
+  int end = runs;
   for (int step = 1; step < kWarp; step *= 2) {
     const int other = __shfl_up_sync(kAllLanes, end, step);
     if (lane >= step) end += other;
   }
   const int total = __shfl_sync(kAllLanes, end, kWarp - 1);
   if (total == 0) return;
-  const std::uint32_t has = __ballot_sync(kAllLanes, texels > 0);
+  const std::uint32_t has = __ballot_sync(kAllLanes, runs > 0);
   __syncwarp();
-  if (texels > 0) {
+  if (runs > 0) {
     const int at = __popc(has & ((1u << lane) - 1u));
-    stage_disc<Paraboloid>(view, disc, radius * radius, at, end - texels, discs);
+    stage_disc<Paraboloid>(disc, radius * radius, at, end - runs, discs);
     if (shape > 1) stage_edges<Paraboloid>(view, disc, p.points.shapes[shape], centre, at, discs);
   }
   __syncwarp();
-  const int start = lane < __popc(has) ? discs.begin[lane] : 0x7fffffff;
+  const int start = lane < __popc(has) ? discs.box[lane].begin : 0x7fffffff;
   const auto side = static_cast<float>(p.size);
   const float texel = 2.0f / side;
   for (int first = 0; first < total; first += kWarp) {
     const int owner = owner_of(first, start, lane);
     if (first + lane >= total) continue;
-    const Texel at = texel_in_box(discs.box[owner], first + lane - discs.begin[owner], side, texel);
-    const std::uint32_t found = nearness_at<Paraboloid>(view, discs, owner, at);
-    if (found > nearness[at.index]) atomicMax(nearness + at.index, found);
+    draw_run<Paraboloid>(view, discs, owner, first + lane, side, texel, nearness);
   }
 }
 

@@ -71,5 +71,6 @@ Repeats summarise(std::vector<double> values);
 
 // The benchmarks, a file or a folder each.
 BenchResult run_study(const BenchRequest& request);
+BenchResult run_frame(const BenchRequest& request);
 
 }  // namespace lightcuts::app

@@ -19,6 +19,14 @@ struct ShadeResult {
   bool complete = true;
 };
 
+/// Time that the last run of each stage took on the device [ms]; zeros where it was not measured.
+struct StageTimes {
+  double vpls = 0, tree = 0, shadow_maps = 0;
+  double pixels = 0;  ///< camera rays
+  double light = 0;   ///< choosing and summing lights
+  double shade = 0;   ///< the whole picture but for its way to the host
+};
+
 /// The stages of a picture on some processor. A backend keeps what a stage made (scene, lights, tree) where the next
 /// stage needs it, so that a second picture with another camera costs only its shading; every stage's result can also
 /// be taken out and put in, so that two backends are compared a stage at a time.
@@ -50,6 +58,11 @@ class Backend {
   /// Renders. Layers as in RenderResult::image. `statistics` receives cut, clamped, shadow_maps, rays, pairs.
   virtual ShadeResult shade(const Camera& camera, int width, int height, const ShadeOptions& options,
                             std::uint64_t memory_bytes, Statistics& statistics, const ProgressFn& progress) = 0;
+
+  /// How many pixels' heaps a GPU keeps at once for CutWalk::heap; others need not listen.
+  virtual void set_heap_batch(std::uint32_t) {}
+
+  [[nodiscard]] virtual StageTimes stage_times() const { return {}; }
 };
 
 /// The stages by threads, SIMD and Embree (src/cpu); 0: a thread for each processor.

@@ -6,6 +6,8 @@
 #include "cuda/device.h"
 #include "cuda/device_emitters.h"
 #include "cuda/device_scene.h"
+#include "cuda/heap_cut.h"
+#include "cuda/light_tree.h"
 #include "cuda/sum_kernels.h"
 #include "cuda/vpl_kernels.h"
 
@@ -25,20 +27,34 @@ class CudaBackend final : public Backend {
   [[nodiscard]] const Lights& lights() override;
   void build_light_tree(const TreeOptions& options, const ProgressFn& progress) override;
   void set_light_tree(LightTrees trees) override;
-  [[nodiscard]] const LightTrees& light_trees() override { return trees_; }
+  [[nodiscard]] const LightTrees& light_trees() override;
   ShadeResult shade(const Camera& camera, int width, int height, const ShadeOptions& options,
                     std::uint64_t memory_bytes, Statistics& statistics, const ProgressFn& progress) override;
+  void set_heap_batch(std::uint32_t pixels) override { heap_batch_ = pixels; }
+  [[nodiscard]] StageTimes stage_times() const override { return times_; }
 
  private:
   struct Loaded;
+  struct Shading;
   Loaded& loaded();
+  void drop_trees();
+  [[nodiscard]] LightArrays light_arrays() const;
+  void require_trees() const;
+  bool shade_paths(Shading& shading);
+  bool shade_lights(Shading& shading);
+  bool light_sample(Shading& shading);
+  bool light_by_cuts(Shading& shading);
 
   Device device_;
   std::unique_ptr<Loaded> loaded_;
   DeviceLights device_lights_;
   Lights lights_;
   bool lights_fetched_ = true;
+  DeviceTrees device_trees_;
   LightTrees trees_;
+  bool trees_fetched_ = true;
+  StageTimes times_;
+  std::uint32_t heap_batch_ = kHeapBatch;
 };
 
 }  // namespace lightcuts::cuda

@@ -1,6 +1,7 @@
 #include "cuda/device.h"
 
 #include <fmt/format.h>
+#include <nvtx3/nvToolsExt.h>
 
 #include "lightcuts/error.h"
 
@@ -93,6 +94,34 @@ void* Device::allocate(std::size_t bytes) {
 void Device::free(void* pointer, std::size_t bytes) noexcept {
   cudaFreeAsync(pointer, stream_);
   used_ -= bytes;
+}
+
+StageTimer::StageTimer(Device& device, const char* name) : device_(device) {
+  nvtxRangePushA(name);
+  check(cudaEventCreate(&begin_), "making a timer");
+  check(cudaEventCreate(&end_), "making a timer");
+  check(cudaEventRecord(begin_, device_.stream()), "starting a timer");
+}
+
+StageTimer::~StageTimer() {
+  if (!stopped_) nvtxRangePop();
+  cudaEventDestroy(begin_);
+  cudaEventDestroy(end_);
+}
+
+void StageTimer::stop() {
+  if (stopped_) return;
+  stopped_ = true;
+  nvtxRangePop();
+  check(cudaEventRecord(end_, device_.stream()), "stopping a timer");
+}
+
+double StageTimer::ms() {
+  stop();
+  check(cudaEventSynchronize(end_), "waiting for a timer");
+  float elapsed = 0;
+  check(cudaEventElapsedTime(&elapsed, begin_, end_), "reading a timer");
+  return elapsed;
 }
 
 void Device::synchronize() { check(cudaStreamSynchronize(stream_), "waiting for the GPU"); }

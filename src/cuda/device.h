@@ -81,9 +81,9 @@ class DeviceBuffer {
     }
   }
   /// Waits until the values have arrived.
-  void download(T* values, std::size_t count) const {
+  void download(T* values, std::size_t count, std::size_t first = 0) const {
     if (count == 0) return;
-    check(cudaMemcpyAsync(values, data_, count * sizeof(T), cudaMemcpyDeviceToHost, device_->stream()),
+    check(cudaMemcpyAsync(values, data_ + first, count * sizeof(T), cudaMemcpyDeviceToHost, device_->stream()),
           "fetching data");
     device_->synchronize();
   }
@@ -95,6 +95,25 @@ class DeviceBuffer {
   Device* device_ = nullptr;
   T* data_ = nullptr;
   std::size_t size_ = 0;
+};
+
+/// A stage's time on the device, and its name in a profiler's time line (NVTX).
+class StageTimer {
+ public:
+  StageTimer(Device& device, const char* name);
+  ~StageTimer();
+  StageTimer(const StageTimer&) = delete;
+  StageTimer& operator=(const StageTimer&) = delete;
+
+  /// Marks the end; the first call counts.
+  void stop();
+  /// From the beginning to the end [ms]; waits for the device.
+  [[nodiscard]] double ms();
+
+ private:
+  Device& device_;
+  cudaEvent_t begin_ = nullptr, end_ = nullptr;
+  bool stopped_ = false;
 };
 
 }  // namespace lightcuts::cuda

@@ -37,6 +37,16 @@ class CudaExecutor {
     return buffer;
   }
 
+  /// One value from the device's memory; waits for the stream.
+  template <class T>
+  T fetch(const T* value) {
+    static_assert(sizeof(T) <= Device::kMailboxWords * sizeof(std::uint64_t));
+    check(cudaMemcpyAsync(device_->mailbox(), value, sizeof(T), cudaMemcpyDeviceToHost, device_->stream()),
+          "fetching a value");
+    device_->synchronize();
+    return *reinterpret_cast<const T*>(device_->mailbox());
+  }
+
   template <class F>
   void for_each(std::uint32_t n, const F& f) {
     if (n == 0) return;

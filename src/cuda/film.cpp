@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "cuda/picture_kernels.h"
+
 namespace lightcuts::cuda {
 namespace {
 
@@ -21,7 +23,8 @@ float finite(double v) {
 
 }  // namespace
 
-DeviceFilm::DeviceFilm(Device& device, const PixelGrid& grid) : grid_(grid) {
+DeviceFilm::DeviceFilm(Device& device, const PixelGrid& grid, bool with_cuts)
+    : grid_(grid), device_(&device), with_cuts_(with_cuts) {
   const std::size_t n = grid.slot_count();
   for (DeviceBuffer<Vec3>* v : {&position_, &ns_, &ng_, &albedo_, &seen_, &albedo_sum_, &normal_sum_}) {
     *v = DeviceBuffer<Vec3>(device, n);
@@ -39,6 +42,14 @@ DeviceFilm::DeviceFilm(Device& device, const PixelGrid& grid) : grid_(grid) {
   radiance_.fill_bytes(0);
   light_ = DeviceBuffer<Vec3T<double>>(device, n);
   lost_ = DeviceBuffer<double>(device, n);
+  if (with_cuts) {
+    cut_size_ = DeviceBuffer<std::uint32_t>(device, n);
+    cut_at_limit_ = DeviceBuffer<std::uint8_t>(device, n);
+    for (DeviceBuffer<float>* v : {&cut_bound_, &cut_size_sum_, &cut_bound_most_}) {
+      *v = DeviceBuffer<float>(device, n);
+      v->fill_bytes(0);
+    }
+  }
   clear_sums();
 }
 
@@ -56,18 +67,23 @@ void DeviceFilm::clear_sums() {
   rays_.fill_bytes(0);
 }
 
-DeviceFilm::Totals DeviceFilm::totals() const {
-  Totals totals;
-  for (const Vec3T<double>& v : fetch(light_)) totals.light += 0.2126 * v.x + 0.7152 * v.y + 0.0722 * v.z;
-  for (const double v : fetch(lost_)) totals.lost += v;
-  for (const std::uint32_t v : fetch(rays_)) totals.rays += v;
-  return totals;
+void DeviceFilm::add_cuts() {
+  add_cut_planes(*device_, grid_, {cut_size_.data(), cut_bound_.data()}, cut_size_sum_.data(), cut_bound_most_.data());
+}
+
+PictureTotals DeviceFilm::totals() const {
+  return sum_picture(*device_, grid_,
+                     {light_.data(), lost_.data(), rays_.data(), cut_size_.data(), cut_at_limit_.data()});
 }
 
 Image DeviceFilm::image(std::uint32_t planes, std::uint32_t samples, std::uint32_t wanted) const {
   Image image = make_rgb_image(grid_.width, grid_.height);
   for (const char* name : {"albedo.R", "albedo.G", "albedo.B", "normal.X", "normal.Y", "normal.Z", "depth.Z"}) {
     ensure_channel(image, name);
+  }
+  if (with_cuts_) {
+    ensure_channel(image, "cut.size");
+    ensure_channel(image, "cut.bound");
   }
   if (samples < wanted) {
     auto& weight = ensure_channel(image, "weight").values;
@@ -78,6 +94,7 @@ Image DeviceFilm::image(std::uint32_t planes, std::uint32_t samples, std::uint32
   const auto albedo = fetch(albedo_sum_), normal = fetch(normal_sum_);
   const auto depth = fetch(depth_sum_);
   const auto hits = fetch(hits_);
+  const auto cut_size = fetch(cut_size_sum_), cut_bound = fetch(cut_bound_most_);
   const double share = samples > 0 ? 1.0 / samples : 0.0;
   const float plane_share = planes > 0 ? 1.0f / static_cast<float>(planes) : 0.0f;
   for (std::uint32_t slot = 0; slot < grid_.slot_count(); ++slot) {
@@ -92,6 +109,10 @@ Image DeviceFilm::image(std::uint32_t planes, std::uint32_t samples, std::uint32
         normal[slot].x * plane_share,     normal[slot].y * plane_share,
         normal[slot].z * plane_share,     hits[slot] > 0 ? depth[slot] / static_cast<float>(hits[slot]) : kInfinity};
     for (std::size_t c = 0; c < 10; ++c) image.channels[c].values[pixel] = values[c];
+    if (with_cuts_) {
+      image.channels[10].values[pixel] = cut_size[slot] * plane_share;
+      image.channels[11].values[pixel] = cut_bound[slot];
+    }
   }
   return image;
 }

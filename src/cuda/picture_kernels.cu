@@ -85,7 +85,79 @@ struct TracePaths {
   }
 };
 
+struct AddCutPlanes {
+  CutPlanes sample;
+  float* size_sum;
+  float* bound_most;
+  __device__ void operator()(std::uint32_t slot) const {
+    size_sum[slot] += static_cast<float>(sample.size[slot]);
+    bound_most[slot] = max_of(bound_most[slot], sample.bound[slot]);
+  }
+};
+
+__device__ PictureTotals joined(const PictureTotals& a, const PictureTotals& b) {
+  return {a.light + b.light,
+          a.lost + b.lost,
+          a.rays + b.rays,
+          a.cuts + b.cuts,
+          a.cut_nodes + b.cut_nodes,
+          max_of(a.largest_cut, b.largest_cut),
+          a.cuts_at_limit + b.cuts_at_limit};
+}
+
+constexpr std::uint32_t kTotalBlocks = 264;
+
+/// A block sums every kTotalBlocks-th row of its size; its threads' sums are joined as a tree.
+__global__ void __launch_bounds__(kBlockThreads)
+    total_kernel(LitSample sample, std::uint32_t slots, PictureTotals* blocks) {
+  __shared__ PictureTotals shared[kBlockThreads];
+  PictureTotals sum;
+  for (std::uint32_t slot = blockIdx.x * kBlockThreads + threadIdx.x; slot < slots;
+       slot += kTotalBlocks * kBlockThreads) {
+    const Vec3T<double> light = sample.light[slot];
+    PictureTotals own;
+    own.light = 0.2126 * light.x + 0.7152 * light.y + 0.0722 * light.z;
+    own.lost = sample.lost[slot];
+    own.rays = sample.rays[slot];
+    if (sample.cut_size != nullptr && sample.cut_size[slot] > 0) {
+      own.cuts = 1;
+      own.cut_nodes = own.largest_cut = sample.cut_size[slot];
+      own.cuts_at_limit = sample.cut_at_limit[slot];
+    }
+    sum = joined(sum, own);
+  }
+  shared[threadIdx.x] = sum;
+  for (std::uint32_t half = kBlockThreads / 2; half > 0; half /= 2) {
+    __syncthreads();
+    if (threadIdx.x < half) shared[threadIdx.x] = joined(shared[threadIdx.x], shared[threadIdx.x + half]);
+  }
+  if (threadIdx.x == 0) blocks[blockIdx.x] = shared[0];
+}
+
 }  // namespace
+
+PictureTotals sum_picture(Device& device, const PixelGrid& grid, const LitSample& sample) {
+  DeviceBuffer<PictureTotals> blocks(device, kTotalBlocks);
+  total_kernel<<<kTotalBlocks, kBlockThreads, 0, device.stream()>>>(sample, grid.slot_count(), blocks.data());
+  check(cudaGetLastError(), "summing a picture");
+  PictureTotals parts[kTotalBlocks], sum;
+  blocks.download(parts, kTotalBlocks);
+  for (const PictureTotals& part : parts) {
+    sum.light += part.light;
+    sum.lost += part.lost;
+    sum.rays += part.rays;
+    sum.cuts += part.cuts;
+    sum.cut_nodes += part.cut_nodes;
+    sum.largest_cut = max_of(sum.largest_cut, part.largest_cut);
+    sum.cuts_at_limit += part.cuts_at_limit;
+  }
+  return sum;
+}
+
+void add_cut_planes(Device& device, const PixelGrid& grid, const CutPlanes& sample, float* size_sum,
+                    float* bound_most) {
+  CudaExecutor(device).for_each(grid.slot_count(), AddCutPlanes{sample, size_sum, bound_most});
+}
 
 PixelGrid make_pixel_grid(const Camera& camera, int width, int height, std::uint64_t seed, bool centred) {
   PixelGrid grid;

@@ -1,5 +1,8 @@
 #include <algorithm>
 
+#include <type_traits>
+
+#include "cuda/fast_float.cuh"
 #include "cuda/sum_kernels.h"
 #include "cuda/tracer.cuh"
 #include "kernels/light.h"
@@ -81,7 +84,7 @@ __global__ void __launch_bounds__(kSumThreads)
   if (receiver.ns == Vec3{}) return;
   PixelSum sum;
   for (std::uint32_t block = first; block < last; block += kBlockLights) {
-    const std::uint32_t end = min(last, block + kBlockLights);
+    const std::uint32_t end = min_of(last, block + kBlockLights);
     for (std::uint32_t i = block; i < end; ++i) {
       const typename Ops::Light light = lights[i];
       const VplFactor<float> factor = Ops::factor(receiver, light, min_distance_sq);
@@ -104,6 +107,104 @@ __global__ void __launch_bounds__(kSumThreads)
   sums.rays[slot] += sum.rays;
 }
 
+// --- VPLs without visibility: several pixels a thread, lights through shared memory ---
+
+constexpr int kFlatThreads = 128;
+constexpr int kPixelsEach = 4;
+
+/// Adds one VPL to a pixel. `Flat`: both of the pixel's normals agree.
+template <bool flat>
+__device__ inline void add_vpl(const Receiver<FastFloat>& receiver, const float4& a, const float4& b, float blue,
+                               float min_distance_sq, Vec3& sum, float& lost) {
+  const Vec3T<FastFloat> position = fast({a.x, a.y, a.z}), axis = fast({b.x, b.y, b.z});
+  const Vec3T<FastFloat> travel = receiver.position - position;
+  const float distance_sq = length_sq(travel).value;
+  const float cos_receiver =
+      flat ? receiver_cosine(Receiver<FastFloat, true>{receiver.position, receiver.ns, receiver.ns}, travel).value
+           : receiver_cosine(receiver, travel).value;
+  const float cosines = cos_receiver * fmaxf(dot(axis, travel).value, 0.0f);
+  const float factor =
+      cosines * reciprocal(FastFloat(fmaf(distance_sq, fmaxf(distance_sq, min_distance_sq), kTinyDistance4))).value;
+  sum.x = fmaf(a.w, factor, sum.x);
+  sum.y = fmaf(b.w, factor, sum.y);
+  sum.z = fmaf(blue, factor, sum.z);
+  if (distance_sq < min_distance_sq) {
+    const float unclamped = cosines * reciprocal(FastFloat(distance_sq * distance_sq + kTinyDistance4)).value;
+    lost += luminance(Vec3{a.w, b.w, blue}) * (unclamped - factor);
+  }
+}
+
+template <bool flat>
+__device__ inline void add_block(const Receiver<FastFloat> (&receivers)[kPixelsEach], const float4* a, const float4* b,
+                                 const float* blue, std::uint32_t count, float min_distance_sq,
+                                 Vec3 (&sums)[kPixelsEach], float (&lost)[kPixelsEach]) {
+#pragma unroll 2
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const float4 la = a[i], lb = b[i];
+    const float lc = blue[i];
+#pragma unroll
+    for (int k = 0; k < kPixelsEach; ++k) add_vpl<flat>(receivers[k], la, lb, lc, min_distance_sq, sums[k], lost[k]);
+  }
+}
+
+__global__ void __launch_bounds__(kFlatThreads, 5)
+    sum_vpls_kernel(PixelView pixels, std::uint32_t slots, const Vpl* __restrict__ lights, std::uint32_t first,
+                    std::uint32_t last, float min_distance_sq, SumView sums) {
+  __shared__ float4 a[kBlockLights], b[kBlockLights];
+  __shared__ float blue[kBlockLights];
+  const std::uint32_t begin = blockIdx.x * (kFlatThreads * kPixelsEach) + threadIdx.x;
+  Receiver<FastFloat> receivers[kPixelsEach];
+  bool flat = true;
+#pragma unroll
+  for (int k = 0; k < kPixelsEach; ++k) {
+    const std::uint32_t slot = begin + static_cast<std::uint32_t>(k * kFlatThreads);
+    const bool inside = slot < slots;
+    const Vec3 ns = inside ? pixels.ns[slot] : Vec3{}, ng = inside ? pixels.ng[slot] : Vec3{};
+    receivers[k] = {fast(inside ? pixels.position[slot] : Vec3{}), fast(ns), fast(ng)};
+    flat = flat && ns == ng;
+  }
+  flat = __all_sync(~0u, flat) != 0;
+  Vec3T<double> total[kPixelsEach]{};
+  double lost_total[kPixelsEach]{};
+  for (std::uint32_t block = first; block < last; block += kBlockLights) {
+    const std::uint32_t count = min_of(last - block, kBlockLights);
+    __syncthreads();
+    for (std::uint32_t i = threadIdx.x; i < count; i += kFlatThreads) {
+      const Vpl light = lights[block + i];
+      a[i] = {light.position.x, light.position.y, light.position.z, light.intensity.x};
+      b[i] = {light.axis.x, light.axis.y, light.axis.z, light.intensity.y};
+      blue[i] = light.intensity.z;
+    }
+    __syncthreads();
+    Vec3 sum[kPixelsEach]{};
+    float lost[kPixelsEach]{};
+    if (flat) {
+      add_block<true>(receivers, a, b, blue, count, min_distance_sq, sum, lost);
+    } else {
+      add_block<false>(receivers, a, b, blue, count, min_distance_sq, sum, lost);
+    }
+#pragma unroll
+    for (int k = 0; k < kPixelsEach; ++k) {
+      total[k] += Vec3T<double>{sum[k].x, sum[k].y, sum[k].z};
+      lost_total[k] += lost[k];
+    }
+  }
+#pragma unroll
+  for (int k = 0; k < kPixelsEach; ++k) {
+    const std::uint32_t slot = begin + static_cast<std::uint32_t>(k * kFlatThreads);
+    if (slot >= slots) continue;
+    sums.light[slot] += total[k];
+    sums.lost[slot] += lost_total[k];
+  }
+}
+
+void start_flat(Device& device, const PixelView& pixels, std::uint32_t slots, const Vpl* vpls, std::uint32_t first,
+                std::uint32_t last, float min_distance_sq, const SumView& sums) {
+  constexpr std::uint32_t pixels_a_block = kFlatThreads * kPixelsEach;
+  sum_vpls_kernel<<<(slots + pixels_a_block - 1) / pixels_a_block, kFlatThreads, 0, device.stream()>>>(
+      pixels, slots, vpls, first, last, min_distance_sq, sums);
+}
+
 template <class Ops>
 void sum_lights(Device& device, const TracedScene& traced, const PixelGrid& grid, const PixelView& pixels,
                 const typename Ops::Light* lights, std::uint32_t count, bool shadow_rays, float min_distance,
@@ -120,6 +221,8 @@ void sum_lights(Device& device, const TracedScene& traced, const PixelGrid& grid
     if (shadow_rays) {
       sum_kernel<Ops, true><<<blocks, kSumThreads, 0, device.stream()>>>(tracer, pixels, slots, lights, first, last,
                                                                          min_distance * min_distance, sums);
+    } else if constexpr (std::is_same_v<Ops, VplOps>) {
+      start_flat(device, pixels, slots, lights, first, last, min_distance * min_distance, sums);
     } else {
       sum_kernel<Ops, false><<<blocks, kSumThreads, 0, device.stream()>>>(tracer, pixels, slots, lights, first, last,
                                                                           min_distance * min_distance, sums);

@@ -26,6 +26,12 @@ class SerialExecutor {
     return Buffer<T>(values, values + n);
   }
 
+  /// One value from the executor's memory.
+  template <class T>
+  T fetch(const T* value) {
+    return *value;
+  }
+
   template <class F>
   void for_each(std::uint32_t n, const F& f) {
     for (std::uint32_t i = 0; i < n; ++i) f(i);

@@ -20,8 +20,7 @@ bool gpu_answers() { return cuda_device_count() > 0; }
 
 /// What the CUDA backend has so far; `auto` must not choose it for the rest.
 bool gpu_can(const ShadeOptions& shade) {
-  return shade.method == Method::path ||
-         (shade.method == Method::instant_radiosity && shade.visibility != Visibility::ism);
+  return shade.method != Method::lightcuts || shade.visibility != Visibility::ism;
 }
 
 }  // namespace

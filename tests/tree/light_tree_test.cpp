@@ -10,6 +10,7 @@
 #include "cpu/tree/ploc.h"
 #include "light_samples.h"
 #include "lightcuts/error.h"
+#include "tree_promises.h"
 
 namespace lightcuts {
 namespace {
@@ -17,62 +18,6 @@ namespace {
 constexpr TreeBuilder kBuilders[] = {TreeBuilder::agglomerative, TreeBuilder::ploc, TreeBuilder::morton};
 constexpr Metric kMetrics[] = {Metric::walter, Metric::distance, Metric::distance_color, Metric::distance_direction,
                                Metric::distance_color_direction};
-
-/// What a node must agree with, gathered from the lights below it.
-struct Below {
-  std::vector<std::uint32_t> lights;
-  double sum[3] = {0, 0, 0};
-};
-
-bool contains(const Box& outer, const Box& inner) {
-  return outer.lo.x <= inner.lo.x && outer.lo.y <= inner.lo.y && outer.lo.z <= inner.lo.z && outer.hi.x >= inner.hi.x &&
-         outer.hi.y >= inner.hi.y && outer.hi.z >= inner.hi.z;
-}
-
-/// Every promise of light_tree.h, checked node by node.
-void expect_valid(const LightTree& tree, const std::vector<Vpl>& lights) {
-  ASSERT_EQ(tree.nodes.size(), 2 * lights.size() - 1);
-  std::vector<Below> below(tree.nodes.size());
-  std::vector<std::uint32_t> height(tree.nodes.size(), 1), seen(lights.size(), 0), parents(tree.nodes.size(), 0);
-  for (std::uint32_t i = static_cast<std::uint32_t>(tree.nodes.size()); i-- > 0;) {
-    const LightNode& node = tree.nodes[i];
-    Below& own = below[i];
-    ASSERT_LT(node.representative, lights.size());
-    if (node.is_leaf()) {
-      const Vpl& light = lights[node.representative];
-      ++seen[node.representative];
-      own.lights = {node.representative};
-      own.sum[0] = light.intensity.x, own.sum[1] = light.intensity.y, own.sum[2] = light.intensity.z;
-      ASSERT_TRUE(node.box.lo == light.position && node.box.hi == light.position && node.axis == light.axis);
-      ASSERT_EQ(node.cos_half_angle, 1.0f);
-    } else {
-      ASSERT_GT(node.first_child, i);
-      ASSERT_LT(node.second_child(), tree.nodes.size());
-      for (const std::uint32_t child : {node.first_child, node.second_child()}) {
-        ++parents[child];
-        ASSERT_TRUE(contains(node.box, tree.nodes[child].box));
-        own.lights.insert(own.lights.end(), below[child].lights.begin(), below[child].lights.end());
-        for (int k = 0; k < 3; ++k) own.sum[k] += below[child].sum[k];
-        height[i] = std::max(height[i], height[child] + 1);
-        below[child].lights.clear();
-        below[child].lights.shrink_to_fit();
-      }
-      ASSERT_EQ(node.representative, tree.nodes[node.first_child].representative);
-      for (std::size_t k = 0; k < own.lights.size(); k += 1 + own.lights.size() / 64) {
-        const Vec3 a = node.axis, n = lights[own.lights[k]].axis;
-        const double cosine = double(a.x) * n.x + double(a.y) * n.y + double(a.z) * n.z;
-        ASSERT_TRUE(a == n || cosine >= double(node.cos_half_angle)) << "node " << i;
-      }
-    }
-    ASSERT_EQ(node.leaf_count, own.lights.size());
-    ASSERT_NEAR(node.intensity.x, own.sum[0], 1e-5 * own.sum[0]);
-    ASSERT_NEAR(node.intensity.y, own.sum[1], 1e-5 * own.sum[1]);
-    ASSERT_NEAR(node.intensity.z, own.sum[2], 1e-5 * own.sum[2]);
-  }
-  EXPECT_EQ(height[0], tree.depth);
-  for (const std::uint32_t count : seen) ASSERT_EQ(count, 1u);
-  for (std::size_t i = 1; i < parents.size(); ++i) ASSERT_EQ(parents[i], 1u);
-}
 
 LightTrees build(const std::vector<Vpl>& vpls, TreeBuilder builder, Metric metric = Metric::walter,
                  std::uint64_t seed = 1) {
@@ -93,7 +38,7 @@ TEST(LightTree, KeepsItsPromisesForAllBuildersAndMetrics) {
   for (const TreeBuilder builder : kBuilders) {
     for (const Metric metric : kMetrics) {
       for (const auto* lights : {&scattered, &walls, &ties})
-        expect_valid(build(*lights, builder, metric).vpls, *lights);
+        test::expect_valid(build(*lights, builder, metric).vpls, *lights);
     }
   }
 }
@@ -110,10 +55,10 @@ TEST(LightTree, HoldsOneLightTwoLightsAndManyAtOnePoint) {
   for (const TreeBuilder builder : kBuilders) {
     for (std::size_t n = 1; n < 10; ++n) {
       const std::vector<Vpl> few = samples.scattered(n);
-      expect_valid(build(few, builder).vpls, few);
+      test::expect_valid(build(few, builder).vpls, few);
     }
     for (const std::vector<Vpl>& lights : {one_point, dark, wide, identical})
-      expect_valid(build(lights, builder).vpls, lights);
+      test::expect_valid(build(lights, builder).vpls, lights);
   }
 }
 
@@ -145,7 +90,7 @@ TEST(LightTree, TakesFewRoundsForLightsInARow) {
 TEST(LightTree, GreedyBuilderOfManyLightsKeepsItsPromises) {
   test::LightSamples samples(48);
   const std::vector<Vpl> lights = samples.on_walls(40000);
-  expect_valid(build(lights, TreeBuilder::agglomerative).vpls, lights);
+  test::expect_valid(build(lights, TreeBuilder::agglomerative).vpls, lights);
 }
 
 TEST(LightTree, IsTheSameForAnyNumberOfThreads) {
@@ -212,7 +157,7 @@ TEST(LightTree, BuildsOneTreeAKind) {
   EXPECT_EQ(trees.directionals.nodes.size(), 99u);
   EXPECT_EQ(trees.points.nodes[0].cos_half_angle, -1.0f);
   for (const DirectionalLight& light : lights.directionals)
-    EXPECT_TRUE(contains(trees.directionals.nodes[0].box, {-light.direction, -light.direction}));
+    EXPECT_TRUE(test::contains(trees.directionals.nodes[0].box, {-light.direction, -light.direction}));
   const LightTrees none = build_light_trees({}, 1.7f, {});
   EXPECT_TRUE(none.vpls.nodes.empty() && none.points.nodes.empty() && none.directionals.nodes.empty());
 }

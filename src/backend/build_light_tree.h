@@ -1,0 +1,459 @@
+#pragma once
+
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "backend/light_tree.h"
+#include "kernels/light_cluster.h"
+#include "kernels/light_key.h"
+#include "kernels/ploc_pair.h"
+#include "lightcuts/lights.h"
+
+namespace lightcuts {
+
+// The locally ordered builder of light trees over an executor (see serial_executor.h): the same clusters, order, search
+// and draws as the CPU's (src/cpu/tree/ploc.h), as kernels that a GPU runs. Nothing depends on timing: ids come from
+// prefix sums, ties from positions, a representative from the lights below.
+// Source: Meister, Bittner 2018, "Parallel Locally-Ordered Clustering for Bounding Volume Hierarchy Construction".
+
+/// Choices of the builder; docs/results/tree.md says how they were made.
+struct LightTreeBuild {
+  MetricScale scale;
+  std::uint64_t seed = 1;
+  std::uint32_t radius = 8;              ///< neighbours searched to each side, at most kLargestPlocRadius
+  std::uint32_t search_all_below = 256;  ///< so few clusters each look at all others: nearly the greedy result
+  LightKeyLayout layout;
+};
+
+/// What all lights have in common.
+struct LightSummary {
+  Box bounds;           ///< of positions, or of unit directions towards directional lights
+  float brightest = 0;  ///< luminance
+
+  /// Darkest light of a metric: dark lights too are clustered by place. It changes no sum.
+  [[nodiscard]] LC_FN float luminance_floor() const {
+    return brightest > 0 ? max_of(brightest * 1e-20f, 1e-30f) : 1.0f;
+  }
+};
+
+LC_FN LightNode leaf_of(const Vpl& light, std::uint32_t index) {
+  return {{light.position, light.position}, light.axis, 1, light.intensity, index, kNone, 1};
+}
+LC_FN LightNode leaf_of(const PointLight& light, std::uint32_t index) {
+  const bool spot = light.cos_outer >= -1;
+  return {{light.position, light.position},
+          spot ? light.axis : Vec3{0, 0, 1},
+          spot ? light.cos_outer : -1.0f,
+          light.intensity,
+          index,
+          kNone,
+          1};
+}
+LC_FN LightNode leaf_of(const DirectionalLight& light, std::uint32_t index) {
+  const Vec3 towards = -light.direction;
+  return {{towards, towards}, Vec3{0, 0, 1}, -1, light.irradiance, index, kNone, 1};
+}
+
+namespace detail {
+
+/// What a node under construction has beside what cuts need. 24 bytes.
+struct NodeMaking {
+  Vec3 rest;  ///< what rounding took from the summed intensity: long chains stay exact
+  std::uint32_t smallest_light, largest_light;
+  std::uint32_t height;  ///< a leaf: 1
+};
+
+/// Nodes by id: leaves 0 to n - 1 in the order of the curve, then the merged ones in the order of their making. Until it
+/// is placed, a merged node's first_child is the id of the child that carries the representative.
+struct NodesMaking {
+  LightNode* nodes;
+  NodeMaking* more;
+  std::uint32_t* other_child;  ///< of merged node k: its second child; the top bit: it was the lower one in the array
+  MetricScale scale;
+  const LightSummary* summary;
+  std::uint64_t seed;
+  std::uint32_t leaf_count;
+
+  static constexpr std::uint32_t kLowerBit = 1u << 31;
+
+  [[nodiscard]] LC_KERNEL LightCluster cluster(std::uint32_t id) const {
+    const LightNode& n = nodes[id];
+    const bool colored = scale.metric == Metric::distance_color || scale.metric == Metric::distance_color_direction;
+    return {n.box,
+            {n.axis, n.cos_half_angle},
+            n.intensity,
+            colored ? chromaticity(n.intensity) : Chromaticity{},
+            max_of(luminance(n.intensity), summary->luminance_floor())};
+  }
+
+  LC_KERNEL static void add_exactly(float& sum, float& rest, float sum_p, float rest_p, float sum_q, float rest_q) {
+    const double exact = (static_cast<double>(sum_p) + rest_p) + (static_cast<double>(sum_q) + rest_q);
+    sum = static_cast<float>(exact);
+    rest = static_cast<float>(exact - sum);
+  }
+
+  /// Makes node `id` of p and q, p being the lower one in the array.
+  LC_KERNEL void merge(std::uint32_t id, std::uint32_t p_id, std::uint32_t q_id) const {
+    const LightNode p = nodes[p_id], q = nodes[q_id];
+    const NodeMaking mp = more[p_id], mq = more[q_id];
+    LightNode node;
+    NodeMaking making;
+    node.box = extend(p.box, q.box);
+    const DirectionCone cone = unite(DirectionCone{p.axis, p.cos_half_angle}, DirectionCone{q.axis, q.cos_half_angle});
+    node.axis = cone.axis;
+    node.cos_half_angle = cone.cos_half_angle;
+    add_exactly(node.intensity.x, making.rest.x, p.intensity.x, mp.rest.x, q.intensity.x, mq.rest.x);
+    add_exactly(node.intensity.y, making.rest.y, p.intensity.y, mp.rest.y, q.intensity.y, mq.rest.y);
+    add_exactly(node.intensity.z, making.rest.z, p.intensity.z, mp.rest.z, q.intensity.z, mq.rest.z);
+    making.smallest_light = min_of(mp.smallest_light, mq.smallest_light);
+    making.largest_light = max_of(mp.largest_light, mq.largest_light);
+    making.height = 1 + max_of(mp.height, mq.height);
+    node.leaf_count = p.leaf_count + q.leaf_count;
+
+    // Of the children, the one with the lowest light stands first in the draw.
+    const bool p_lower = mp.smallest_light < mq.smallest_light;
+    const double of_p = luminance(p.intensity), of_q = luminance(q.intensity);
+    const double random = representative_random(seed, making.smallest_light, making.largest_light, node.leaf_count);
+    const bool lower_wins = p_lower ? first_represents(of_p, of_q, random) : first_represents(of_q, of_p, random);
+    const bool p_wins = lower_wins == p_lower;
+    node.representative = p_wins ? p.representative : q.representative;
+    node.first_child = p_wins ? p_id : q_id;
+    nodes[id] = node;
+    more[id] = making;
+    other_child[id - leaf_count] = p_wins ? q_id : p_id | kLowerBit;
+  }
+};
+
+// --- What leaves have in common: reductions in a fixed order ---
+
+inline constexpr std::uint32_t kSummaryWidth[] = {32768, 1024, 32};
+
+LC_FN LightSummary unite(const LightSummary& a, const LightSummary& b) {
+  return {extend(a.bounds, b.bounds), max_of(a.brightest, b.brightest)};
+}
+
+template <class Light>
+struct SummariseLights {
+  const Light* lights;
+  LightSummary* out;
+  std::uint32_t count, width;
+  LC_KERNEL void operator()(std::uint32_t i) const {
+    LightSummary sum;
+    for (std::uint32_t k = i; k < count; k += width) {
+      const LightNode leaf = leaf_of(lights[k], k);
+      sum = unite(sum, LightSummary{leaf.box, luminance(leaf.intensity)});
+    }
+    out[i] = sum;
+  }
+};
+
+struct SummariseAgain {
+  const LightSummary* in;
+  LightSummary* out;
+  std::uint32_t count, width;
+  LC_KERNEL void operator()(std::uint32_t i) const {
+    LightSummary sum;
+    for (std::uint32_t k = i; k < count; k += width) sum = unite(sum, in[k]);
+    out[i] = sum;
+  }
+};
+
+template <class Light>
+struct KeyLights {
+  const Light* lights;
+  const LightSummary* summary;
+  LightKeyLayout layout;
+  std::uint64_t* keys;
+  std::uint32_t* order;
+  LC_KERNEL void operator()(std::uint32_t i) const {
+    const LightNode leaf = leaf_of(lights[i], i);
+    keys[i] = light_key(leaf.box.lo, leaf.axis, summary->bounds, layout);
+    order[i] = i;
+  }
+};
+
+template <class Light>
+struct MakeLeaves {
+  const Light* lights;
+  const std::uint32_t* order;
+  NodesMaking making;
+  std::uint32_t* ids;
+  LC_KERNEL void operator()(std::uint32_t i) const {
+    const std::uint32_t light = order[i];
+    making.nodes[i] = leaf_of(lights[light], light);
+    making.more[i] = {{}, light, light, 1};
+    ids[i] = i;
+  }
+};
+
+// --- A round ---
+
+/// How far up or down the array each cluster's best partner within `radius` places is.
+struct FindPartners {
+  NodesMaking making;
+  const std::uint32_t* ids;
+  std::int32_t* offsets;
+  std::uint32_t count, radius;
+
+  LC_KERNEL void operator()(std::uint32_t i) const {
+    const LightCluster own = making.cluster(ids[i]);
+    float up = kInfinity, down = kInfinity;
+    for (std::uint32_t offset = 1; offset <= radius; ++offset) {
+      if (i + offset < count) {
+        up = min_of(up, ploc_rank(cluster_size(own, making.cluster(ids[i + offset]), making.scale), i, offset));
+      }
+      if (i >= offset) {
+        const float size = cluster_size(making.cluster(ids[i - offset]), own, making.scale);
+        down = min_of(down, ploc_rank(size, i - offset, offset));
+      }
+    }
+    offsets[i] = ploc_offset(up, down, i);
+  }
+};
+
+/// Ways in which the search among all clusters is split.
+inline constexpr std::uint32_t kSearchParts = 32;
+
+/// A pair's size and the higher place of the two; what is smaller comes first.
+struct RankedPartner {
+  float size = kInfinity;
+  std::uint32_t place = kNone;
+};
+
+/// The best partner of each cluster among every kSearchParts-th of all; item i is cluster i / kSearchParts. Ties go to the
+/// pair with the lower lower place, then to that with the lower higher one.
+struct FindAmongAll {
+  NodesMaking making;
+  const std::uint32_t* ids;
+  RankedPartner* found;
+  std::uint32_t count;
+
+  LC_KERNEL void operator()(std::uint32_t item) const {
+    const std::uint32_t i = item / kSearchParts;
+    const LightCluster own = making.cluster(ids[i]);
+    RankedPartner best;
+    for (std::uint32_t j = item % kSearchParts; j < count; j += kSearchParts) {
+      if (j == i) continue;
+      best = better(i, best, {cluster_size(own, making.cluster(ids[j]), making.scale), j});
+    }
+    found[item] = best;
+  }
+
+  LC_FN static RankedPartner better(std::uint32_t i, RankedPartner a, RankedPartner b) {
+    if (b.place == kNone) return a;
+    if (a.place == kNone || b.size < a.size) return b;
+    return b.size == a.size && before(i, b.place, a.place) ? b : a;
+  }
+
+  LC_FN static bool before(std::uint32_t i, std::uint32_t j, std::uint32_t k) {
+    const std::uint32_t lo_j = min_of(i, j), lo_k = min_of(i, k);
+    return lo_j != lo_k ? lo_j < lo_k : max_of(i, j) < max_of(i, k);
+  }
+};
+
+struct JoinSearch {
+  const RankedPartner* found;
+  std::int32_t* offsets;
+  LC_KERNEL void operator()(std::uint32_t i) const {
+    RankedPartner best;
+    for (std::uint32_t part = 0; part < kSearchParts; ++part)
+      best = FindAmongAll::better(i, best, found[i * kSearchParts + part]);
+    offsets[i] = static_cast<std::int32_t>(best.place) - static_cast<std::int32_t>(i);
+  }
+};
+
+/// Pairs neighbours if one of both wants, or whether they want or not: where each prefers the next (lights in a row, ever
+/// brighter) hardly any choose each other.
+struct PairNeighbours {
+  std::int32_t* offsets;
+  std::uint32_t count;
+  bool whether_they_want_or_not;
+  LC_KERNEL void operator()(std::uint32_t pair) const {
+    const std::uint32_t i = 2 * pair;
+    if (i + 1 >= count) return;
+    if (!whether_they_want_or_not && offsets[i] != 1 && offsets[i + 1] != -1) return;
+    offsets[i] = 1;
+    offsets[i + 1] = -1;
+  }
+};
+
+/// Marks what stays in the array (low half) and what merges (high half), ready for one prefix sum.
+struct MarkMerges {
+  const std::int32_t* offsets;
+  std::uint64_t* flags;
+  LC_KERNEL void operator()(std::uint32_t i) const {
+    const std::int32_t offset = offsets[i];
+    const bool pairs = offsets[static_cast<std::int64_t>(i) + offset] == -offset;
+    const bool merges = pairs && offset > 0, stays = !pairs || merges;
+    flags[i] = (merges ? std::uint64_t{1} << 32 : 0) | (stays ? 1u : 0u);
+  }
+};
+
+/// Merges the pairs and writes the closed-up array.
+struct MergePairs {
+  NodesMaking making;
+  const std::uint32_t* ids;
+  const std::int32_t* offsets;
+  const std::uint64_t* flags;
+  const std::uint64_t* places;
+  std::uint32_t* next_ids;
+  std::uint32_t first_new_id;
+  LC_KERNEL void operator()(std::uint32_t i) const {
+    const std::uint64_t flag = flags[i], place = places[i];
+    if ((flag & 1u) == 0) return;
+    std::uint32_t id = ids[i];
+    if ((flag >> 32) != 0) {
+      const std::uint32_t parent = first_new_id + static_cast<std::uint32_t>(place >> 32);
+      making.merge(parent, id, ids[i + static_cast<std::uint32_t>(offsets[i])]);
+      id = parent;
+    }
+    next_ids[static_cast<std::uint32_t>(place)] = id;
+  }
+};
+
+// --- The order in memory, from the root down: parents were made in later rounds than their children ---
+
+struct Placing {
+  const LightNode* by_id;
+  const std::uint32_t* other_child;
+  std::uint32_t* place;  ///< of each id's node
+  std::uint32_t* block;  ///< where its descendants start
+  LightNode* placed;
+  std::uint32_t leaf_count;
+};
+
+struct PlaceRoot {
+  Placing placing;
+  LC_KERNEL void operator()(std::uint32_t) const {
+    const std::uint32_t root = 2 * placing.leaf_count - 2;
+    placing.place[root] = 0;
+    placing.block[root] = 1;
+  }
+};
+
+struct PlaceInner {
+  Placing placing;
+  std::uint32_t first;
+  LC_KERNEL void operator()(std::uint32_t i) const {
+    const std::uint32_t id = first + i, block = placing.block[id];
+    LightNode node = placing.by_id[id];
+    const std::uint32_t word = placing.other_child[id - placing.leaf_count];
+    const std::uint32_t carrier = node.first_child, other = word & ~NodesMaking::kLowerBit;
+    const bool other_lower = (word & NodesMaking::kLowerBit) != 0;
+    const std::uint32_t lower = other_lower ? other : carrier, upper = other_lower ? carrier : other;
+    const bool upper_smaller = placing.by_id[upper].leaf_count < placing.by_id[lower].leaf_count;
+    const std::uint32_t small = upper_smaller ? upper : lower, large = upper_smaller ? lower : upper;
+    placing.place[carrier] = block;
+    placing.place[other] = block + 1;
+    placing.block[small] = block + 2;
+    placing.block[large] = block + 2 * placing.by_id[small].leaf_count;
+    node.first_child = block;
+    placing.placed[placing.place[id]] = node;
+  }
+};
+
+struct PlaceLeaf {
+  Placing placing;
+  LC_KERNEL void operator()(std::uint32_t id) const { placing.placed[placing.place[id]] = placing.by_id[id]; }
+};
+
+}  // namespace detail
+
+/// A tree over one kind of light in an executor's memory.
+template <class Exec>
+struct BuiltLightTree {
+  typename Exec::template Buffer<LightNode> storage;
+  std::uint32_t leaf_count = 0, depth = 0;
+
+  [[nodiscard]] std::uint32_t node_count() const { return leaf_count == 0 ? 0 : 2 * leaf_count - 1; }
+  /// Node 0 stands one place in, so that siblings share an aligned pair of cache lines.
+  [[nodiscard]] const LightNode* nodes() const { return leaf_count == 0 ? nullptr : storage.data() + 1; }
+};
+
+/// Most lights of one kind: ids of merged nodes keep their top bit free.
+inline constexpr std::uint32_t kMostTreeLights = (1u << 30) - 1;
+
+/// Most that building holds at once for each light, the lights not included, the tree included [bytes].
+inline constexpr std::uint64_t kTreeBuildBytes = 2 * (2 * sizeof(LightNode) + sizeof(detail::NodeMaking) + 8) + 4 + 28;
+
+/// Builds the tree over `count` lights, at most kMostTreeLights. Deterministic: the same for any executor, but for the
+/// rounding of a compiler that contracts operations.
+template <class Exec, class Light>
+BuiltLightTree<Exec> build_light_tree(Exec& exec, const Light* lights, std::uint32_t count,
+                                      const LightTreeBuild& options) {
+  using namespace detail;
+  BuiltLightTree<Exec> tree;
+  tree.leaf_count = count;
+  if (count == 0) return tree;
+
+  auto partial = exec.template allocate<LightSummary>(kSummaryWidth[0]);
+  auto partial_2 = exec.template allocate<LightSummary>(kSummaryWidth[1]);
+  auto partial_3 = exec.template allocate<LightSummary>(kSummaryWidth[2]);
+  auto summary = exec.template allocate<LightSummary>(1);
+  exec.for_each(kSummaryWidth[0], SummariseLights<Light>{lights, partial.data(), count, kSummaryWidth[0]});
+  exec.for_each(kSummaryWidth[1], SummariseAgain{partial.data(), partial_2.data(), kSummaryWidth[0], kSummaryWidth[1]});
+  exec.for_each(kSummaryWidth[2],
+                SummariseAgain{partial_2.data(), partial_3.data(), kSummaryWidth[1], kSummaryWidth[2]});
+  exec.for_each(1, SummariseAgain{partial_3.data(), summary.data(), kSummaryWidth[2], 1});
+
+  const std::uint32_t node_count = 2 * count - 1;
+  auto by_id = exec.template allocate<LightNode>(node_count);
+  auto more = exec.template allocate<NodeMaking>(node_count);
+  auto other_child = exec.template allocate<std::uint32_t>(count);
+  const NodesMaking making{by_id.data(), more.data(), other_child.data(), options.scale, summary.data(),
+                           options.seed, count};
+  auto ids = exec.template allocate<std::uint32_t>(count);
+  {
+    auto keys = exec.template allocate<std::uint64_t>(count);
+    auto order = exec.template allocate<std::uint32_t>(count);
+    exec.for_each(count, KeyLights<Light>{lights, summary.data(), options.layout, keys.data(), order.data()});
+    exec.sort_pairs(keys, order);
+    exec.for_each(count, MakeLeaves<Light>{lights, order.data(), making, ids.data()});
+  }
+
+  // Where each round's nodes begin, and at last the end.
+  std::vector<std::uint32_t> rounds{count};
+  {
+    auto next_ids = exec.template allocate<std::uint32_t>(count);
+    auto offsets = exec.template allocate<std::int32_t>(count);
+    auto flags = exec.template allocate<std::uint64_t>(count);
+    auto places = exec.template allocate<std::uint64_t>(count);
+    auto found =
+        exec.template allocate<RankedPartner>(std::size_t{min_of(count, options.search_all_below)} * kSearchParts);
+    const std::uint32_t radius = clamp_to(options.radius, 1u, kLargestPlocRadius);
+    int reluctance = 0;  // rounds before that merged hardly anything
+    for (std::uint32_t live = count; live > 1;) {
+      if (live <= options.search_all_below) {
+        exec.for_each(live * kSearchParts, FindAmongAll{making, ids.data(), found.data(), live});
+        exec.for_each(live, JoinSearch{found.data(), offsets.data()});
+      } else {
+        exec.for_each(live, FindPartners{making, ids.data(), offsets.data(), live, radius});
+      }
+      if (reluctance > 0) exec.for_each(live / 2, PairNeighbours{offsets.data(), live, reluctance > 1});
+      exec.for_each(live, MarkMerges{offsets.data(), flags.data()});
+      const std::uint64_t total = exec.exclusive_scan(flags.data(), places.data(), live);
+      exec.for_each(live, MergePairs{making, ids.data(), offsets.data(), flags.data(), places.data(), next_ids.data(),
+                                     rounds.back()});
+      std::swap(ids, next_ids);
+      const auto merged = static_cast<std::uint32_t>(total >> 32);
+      const bool stuck = live > options.search_all_below && merged < live / 64;
+      reluctance = stuck ? min_of(reluctance + 1, 2) : 0;
+      rounds.push_back(rounds.back() + merged);
+      live = static_cast<std::uint32_t>(total);
+    }
+  }
+
+  tree.storage = exec.template allocate<LightNode>(std::size_t{node_count} + 1);
+  auto place = exec.template allocate<std::uint32_t>(node_count);
+  auto block = exec.template allocate<std::uint32_t>(node_count);
+  const Placing placing{by_id.data(), other_child.data(), place.data(), block.data(), tree.storage.data() + 1, count};
+  exec.for_each(1, PlaceRoot{placing});
+  for (std::size_t r = rounds.size() - 1; r > 0; --r)
+    exec.for_each(rounds[r] - rounds[r - 1], PlaceInner{placing, rounds[r - 1]});
+  exec.for_each(count, PlaceLeaf{placing});
+  tree.depth = exec.fetch(more.data() + (node_count - 1)).height;
+  return tree;
+}
+
+}  // namespace lightcuts

@@ -1,0 +1,68 @@
+#pragma once
+
+#include "cuda/light_tree.h"
+#include "cuda/picture_kernels.h"
+#include "cuda/sum_kernels.h"
+#include "kernels/cut_criterion.h"
+
+namespace lightcuts::cuda {
+
+/// What counts of a picture's cuts are added to; whole numbers, so that the order of adding does not matter.
+struct CutCounts {
+  unsigned long long pairs;   ///< pixel-light pairs evaluated
+  unsigned long long visits;  ///< nodes tested
+  unsigned long long walks;   ///< from the roots down, of a group of pixels
+  unsigned long long groups;  ///< of pixels that walk together
+};
+
+/// A node of the cut of some pixels of a tile.
+struct ListedNode {
+  std::uint32_t tile, walk;  ///< of a pixel's walks the last one counts
+  std::uint32_t lanes;       ///< bit i: the walk is pixel i's
+  std::uint32_t kind, node;
+};
+/// What every pixel chose, for tests.
+struct CutListing {
+  ListedNode* nodes = nullptr;
+  std::uint32_t* count = nullptr;
+  std::uint32_t capacity = 0;
+  bool own_cuts = false;  ///< as where looking at a light is dear
+};
+
+/// What a cut leaves of each pixel, beside SumView.
+struct CutView {
+  std::uint32_t* size;          ///< nodes; 0 where nothing is seen
+  float* bound;                 ///< largest bound of a node relative to the pixel's total
+  std::uint8_t* at_limit;       ///< the largest cut came before the promised bound
+  CutCounts* counts;            ///< null: not wanted
+  std::uint32_t* used[kKinds];  ///< a bit a light that represents a node of some cut; null: not wanted
+  CutListing listing = {};      ///< only without shadow rays
+  // Tiles that are left to a team of warps: room for all of them; null: none are left.
+  std::uint32_t* heavy = nullptr;
+  std::uint32_t* heavy_count = nullptr;
+};
+
+/// What cuts work on.
+struct CutJob {
+  TreeViews trees;
+  LightArrays lights;
+  float min_distance = 0;  ///< clamp of the VPL singularity [m]
+  float error = 0.02f;     ///< bound on each node relative to the pixel's total
+  std::uint32_t max_cut = 0;
+  /// Node tests after which a tile is left to a team of warps: where hardly any light arrives, cuts have very many nodes.
+  std::uint32_t heavy_visits = 16384;
+};
+
+/// Lights the pixels of the tiles [first, last) by cuts that groups of a warp's pixels share.
+///
+/// The pixels of a tile that lie on one surface form a group. A warp walks the trees for a group with a node a lane,
+/// against the group's box, cone of normals and smallest threshold; nodes whose bound is small enough for all of its
+/// pixels go to a list, and when that is full each lane sums the list for its pixel. Thresholds come from an estimate of
+/// the pixels' totals by the trees' upper levels; pixels whose total then turns out too small for the largest bound walk
+/// again, so in the end the promise holds for each. Tiles that test very many nodes are left to a block each, whose warps
+/// share the trees' parts. Sums are in a fixed order.
+void cut_by_packets(Device& device, const TracedScene& traced, const PixelView& pixels, const CutJob& job,
+                    bool shadow_rays, std::uint32_t first, std::uint32_t last, const SumView& sums,
+                    const CutView& cuts);
+
+}  // namespace lightcuts::cuda

@@ -196,7 +196,7 @@ const LightTrees& CudaBackend::light_trees() {
 
 void CudaBackend::require_trees() const {
   const DeviceLights& d = device_lights_;
-  const DeviceTree* const trees = device_trees_.kind;
+  const DeviceTree* const trees = device_trees_.kind.data();
   if (trees[vpl_kind].leaf_count == d.vpl_count && trees[point_kind].leaf_count == d.point_count &&
       trees[directional_kind].leaf_count == d.directional_count) {
     return;

@@ -37,7 +37,8 @@ std::uint32_t plan_maps_at_once(std::uint64_t budget, std::uint64_t fixed, std::
                     size, size, ((fixed + least * per_map) >> 20) + 1, budget >> 20));
   }
   std::uint64_t fits = std::min<std::uint64_t>({(budget - fixed) / per_map, all, most});
-  if (fits < all && fits > 2 * kBlockLights) fits -= fits % (2 * kBlockLights);
+  const std::uint64_t even = 2 * std::uint64_t{kBlockLights};
+  if (fits < all && fits > even) fits -= fits % even;
   return static_cast<std::uint32_t>(fits);
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 
 #include "backend/light_tree.h"
@@ -54,7 +55,7 @@ struct DeviceTree {
   [[nodiscard]] TreeView view() const;
 };
 struct DeviceTrees {
-  DeviceTree kind[kKinds];
+  std::array<DeviceTree, kKinds> kind;
   [[nodiscard]] TreeViews view() const { return {{kind[0].view(), kind[1].view(), kind[2].view()}}; }
 };
 

@@ -117,12 +117,12 @@ template <bool flat>
 __device__ inline void add_vpl(const Receiver<FastFloat>& receiver, const float4& a, const float4& b, float blue,
                                float min_distance_sq, Vec3& sum, float& lost) {
   const Vec3T<FastFloat> position = fast({a.x, a.y, a.z}), axis = fast({b.x, b.y, b.z});
-  const Vec3T<FastFloat> travel = receiver.position - position;
-  const float distance_sq = length_sq(travel).value;
+  const Vec3T<FastFloat> to_light = position - receiver.position;
+  const float distance_sq = length_sq(to_light).value;
   const float cos_receiver =
-      flat ? receiver_cosine(Receiver<FastFloat, true>{receiver.position, receiver.ns, receiver.ns}, travel).value
-           : receiver_cosine(receiver, travel).value;
-  const float cosines = cos_receiver * fmaxf(dot(axis, travel).value, 0.0f);
+      flat ? receiver_cosine(Receiver<FastFloat, true>{receiver.position, receiver.ns, receiver.ns}, to_light).value
+           : receiver_cosine(receiver, to_light).value;
+  const float cosines = cos_receiver * fmaxf(-dot(axis, to_light).value, 0.0f);
   const float factor =
       cosines * reciprocal(FastFloat(fmaf(distance_sq, fmaxf(distance_sq, min_distance_sq), kTinyDistance4))).value;
   sum.x = fmaf(a.w, factor, sum.x);

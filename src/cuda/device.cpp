@@ -22,10 +22,11 @@ void check(cudaError_t status, const char* doing) {
     case cudaErrorDevicesUnavailable:
       throw Error(Code::no_device, fmt::format("No usable NVIDIA GPU while {}: {}. Use --backend cpu.", doing, words));
     case cudaErrorInsufficientDriver:
-      throw Error(Code::no_device,
-                  fmt::format("The NVIDIA driver is too old for this build (made with CUDA {}.{}) while {}. "
-                              "Update the driver, or use --backend cpu.",
-                              CUDART_VERSION / 1000, CUDART_VERSION % 1000 / 10, doing));
+      throw Error(
+          Code::no_device,
+          fmt::format("The NVIDIA driver is missing, or too old for this build (made with CUDA {}.{}), while {}. "
+                      "Install or update the driver, or use --backend cpu.",
+                      CUDART_VERSION / 1000, CUDART_VERSION % 1000 / 10, doing));
     case cudaErrorNoKernelImageForDevice:
     case cudaErrorInvalidDeviceFunction:
       throw Error(Code::not_built,

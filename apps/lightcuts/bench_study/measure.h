@@ -25,17 +25,25 @@ class Stopwatch {
 /// {"wall_s", "low_s", "high_s", "cpu_s", "repeats"} of repeated measurements; wall_s and cpu_s are medians.
 Json times_json(const std::vector<Time>& times);
 
-/// Does `work` up to `repeats` times, but no more once `limit_s` seconds have been spent; at least once.
+/// As time_repeatedly, where `work` returns its own Time.
 template <class Work>
-Json time_repeatedly(int repeats, double limit_s, const Work& work) {
+Json times_of_repeated(int repeats, double limit_s, const Work& work) {
   std::vector<Time> times;
   const Stopwatch all;
   do {
-    const Stopwatch one;
-    work();
-    times.push_back(one.elapsed());
+    times.push_back(work());
   } while (static_cast<int>(times.size()) < repeats && all.elapsed().wall_s < limit_s);
   return times_json(times);
+}
+
+/// Does `work` up to `repeats` times, but no more once `limit_s` seconds have been spent; at least once.
+template <class Work>
+Json time_repeatedly(int repeats, double limit_s, const Work& work) {
+  return times_of_repeated(repeats, limit_s, [&] {
+    const Stopwatch one;
+    work();
+    return one.elapsed();
+  });
 }
 
 /// Mean and standard deviation of a sample.

@@ -32,6 +32,10 @@ ShadeOptions shade_options(Method method, Visibility visibility) {
 
 std::uint64_t memory_budget() { return default_memory_budget(); }
 
+Time stage_time(const Stopwatch& watch, double device_ms) {
+  return device_ms > 0 ? Time{device_ms / 1e3, device_ms / 1e3} : watch.elapsed();
+}
+
 double mean_error(const Image& image, const Image& reference) { return compare(image, reference).mean_relative_error; }
 
 }  // namespace lightcuts::app::study

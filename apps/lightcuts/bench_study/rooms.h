@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "backend/backend.h"
+#include "bench_study/measure.h"
 #include "lightcuts/render.h"
 
 namespace lightcuts::app::study {
@@ -22,6 +23,10 @@ ShadeOptions shade_options(Method method, Visibility visibility);
 
 /// Memory that shading may take [bytes].
 std::uint64_t memory_budget();
+
+/// How long a stage took: on the device, where the backend measures that (then `device_ms` is above 0), else what `watch`
+/// says.
+Time stage_time(const Stopwatch& watch, double device_ms);
 
 /// Mean of |a - b| / b of luminance, as `lightcuts compare` has it.
 double mean_error(const Image& image, const Image& reference);

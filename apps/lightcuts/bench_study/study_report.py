@@ -156,6 +156,8 @@ def plot_table_4(report):
 
 
 FRAME_STYLES = {"all lights": (ORANGE, "all lights"), "cut by heap": (GREEN, "cut, a heap a pixel"),
+                "cut by heap, 4096 threads": (GREEN, "cut, 4096 heaps at once"),
+                "cut by heap, 32768 threads": (PURPLE, "cut, 32768 heaps at once"),
                 "cut by packet": (BLUE, "cut, packets")}
 VISIBILITY_NAMES = {"ism": "shadow maps", "rays": "shadow rays", "none": "no visibility"}
 
@@ -443,7 +445,7 @@ def words_figure_4(report):
         name = VISIBILITY_NAMES[c["visibility"]]
         text += (f"With {name}, cuts win here from about {short(c['lights'])} lights on. " if c["lights"] else
                  f"With {name}, cuts did not win in the range measured here. ")
-    heap = [c for c in report.facts.get("crossings", []) if c["fast"] == "cut by heap"]
+    heap = [c for c in report.facts.get("crossings", []) if c["fast"].startswith("cut by heap") and c["visibility"] == "ism"]
     if heap:
         text += ("The study's own way, a heap a pixel, " +
                  (f"wins from about {short(heap[0]['lights'])}. " if heap[0]["lights"] else "does not win here either. "))

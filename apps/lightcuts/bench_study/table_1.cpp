@@ -34,8 +34,11 @@ Json make_row(Study& study, std::uint64_t count) {
   study.stop_if_asked();
   const std::uint64_t made = backend.lights().vpls.size() - backend.lights().primary_count;
   const double light = carried(backend.lights());
-  Json row = time_repeatedly(study.sizes().repeats, study.request().budget_s,
-                             [&] { backend.trace_vpls(options_for(count), study.progress()); });
+  Json row = times_of_repeated(study.sizes().repeats, study.request().budget_s, [&] {
+    const Stopwatch watch;
+    backend.trace_vpls(options_for(count), study.progress());
+    return stage_time(watch, backend.stage_times().vpls);
+  });
   row["made"] = made;
   row["carried"] = light;
   return row;

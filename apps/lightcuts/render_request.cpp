@@ -204,7 +204,7 @@ void add_cut_options(CLI::App& command, RenderOptions& options) {
       ->group(group);
   add_choice(command, "--tree", options.tree.builder, kTreeBuilders, "how the tree is built")->group(group);
   add_choice(command, "--metric", options.tree.metric, kMetrics, "what makes two lights similar")->group(group);
-  add_choice(command, "--cut", shade.cut, kCutWalks, "a priority queue for each pixel; or pixels in packets")
+  add_choice(command, "--cut", shade.cut, kCutWalks, "a priority queue for each pixel; or alike pixels together")
       ->group(group);
 }
 

@@ -115,7 +115,6 @@ void CudaBackend::trace_vpls(const VplOptions& options, const ProgressFn& progre
   if (for_camera) traced_options.count = placement_candidates(options.count);
   StageTimer timer(device_, "vpls");
   device_lights_ = cuda::trace_vpls(device_, scene.traced(), scene.powers(), scene.scene, traced_options);
-  times_.vpls = timer.ms();
   lights_fetched_ = false;
   drop_trees();
   if (for_camera && device_lights_.vpl_count + device_lights_.sky_count > options.count) {
@@ -125,6 +124,7 @@ void CudaBackend::trace_vpls(const VplOptions& options, const ProgressFn& progre
     keep_lights(choose_for_camera(worth, candidates, options), candidates);
     set_lights(std::move(candidates));
   }
+  times_.vpls = timer.ms();
   if (progress) progress("vpls", 1);
 }
 

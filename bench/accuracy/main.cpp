@@ -13,7 +13,7 @@
 #include <cstdio>
 #include <limits>
 
-#include "cpu/cpu_scene.h"
+#include "backend/scene_arrays.h"
 #include "cpu/path_tracer.h"
 #include "lightcuts/compare.h"
 #include "lightcuts/io.h"
@@ -28,7 +28,7 @@ struct Reference {
 };
 
 Reference trace_reference(const Scene& scene, const Camera& camera, int width, int height, std::uint32_t samples) {
-  const CpuScene arrays(scene);
+  const SceneArrays arrays(scene);
   const RayTracer tracer(arrays.view());
   const EmitterTable emitters(arrays);
   const PathTracer paths(arrays, emitters, tracer, kUnlimitedBounces, 1);

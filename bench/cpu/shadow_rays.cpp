@@ -132,7 +132,7 @@ struct Case {
   }
 
   Scene scene;
-  CpuScene cpu_scene;
+  SceneArrays cpu_scene;
   RayTracer tracer;
   EmitterTable emitters;
   BareEmbree bare;

@@ -33,7 +33,7 @@ double thread_seconds() {
 struct Bench {
   std::string name;
   Scene scene;
-  std::unique_ptr<CpuScene> cpu_scene;
+  std::unique_ptr<SceneArrays> cpu_scene;
   std::unique_ptr<RayTracer> tracer;
   Lights all_lights;
   LightSet lights;
@@ -43,7 +43,7 @@ struct Bench {
     scene = file ? load_scene(which).scene : make_builtin_scene(which);
     if (!emits_light(scene)) scene.environment = Environment{};
     validate(scene);
-    cpu_scene = std::make_unique<CpuScene>(scene);
+    cpu_scene = std::make_unique<SceneArrays>(scene);
     tracer = std::make_unique<RayTracer>(cpu_scene->view());
     VplOptions options;
     options.count = 2000;

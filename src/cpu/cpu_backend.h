@@ -6,8 +6,8 @@
 #include <optional>
 
 #include "backend/backend.h"
-#include "cpu/cpu_scene.h"
-#include "cpu/emitters.h"
+#include "backend/emitter_table.h"
+#include "backend/scene_arrays.h"
 #include "cpu/light_set.h"
 #include "cpu/ray_tracer.h"
 #include "cpu/simd/isa.h"
@@ -36,7 +36,7 @@ class CpuBackend final : public Backend {
   /// What a scene turns into; kept together because each part refers to the one before.
   struct Loaded {
     explicit Loaded(const Scene& scene) : cpu_scene(scene), tracer(cpu_scene.view()), emitters(cpu_scene) {}
-    CpuScene cpu_scene;
+    SceneArrays cpu_scene;
     RayTracer tracer;
     EmitterTable emitters;
   };

@@ -6,7 +6,7 @@
 #include "kernels/pixel_sample.h"
 
 namespace lightcuts {
-PathTracer::PathTracer(const CpuScene& scene, const EmitterTable& emitters, const RayTracer& tracer, int bounces,
+PathTracer::PathTracer(const SceneArrays& scene, const EmitterTable& emitters, const RayTracer& tracer, int bounces,
                        std::uint64_t seed)
     : scene_(scene),
       emitters_(emitters),

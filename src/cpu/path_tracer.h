@@ -2,8 +2,8 @@
 
 #include <cstdint>
 
-#include "cpu/cpu_scene.h"
-#include "cpu/emitters.h"
+#include "backend/emitter_table.h"
+#include "backend/scene_arrays.h"
 #include "cpu/ray_tracer.h"
 #include "kernels/camera.h"
 #include "kernels/light_path.h"
@@ -15,7 +15,7 @@ namespace lightcuts {
 class PathTracer {
  public:
   /// `bounces` + 1 reflections are followed, kMaxBounces + 1 at most, as the VPLs' light paths do.
-  PathTracer(const CpuScene& scene, const EmitterTable& emitters, const RayTracer& tracer, int bounces,
+  PathTracer(const SceneArrays& scene, const EmitterTable& emitters, const RayTracer& tracer, int bounces,
              std::uint64_t seed);
 
   /// Where sample `sample` of pixel (x, y) falls within the pixel, in [0, 1)^2.
@@ -26,7 +26,7 @@ class PathTracer {
   [[nodiscard]] Vec3 radiance_along(const Ray& ray, std::uint32_t index) const;
 
  private:
-  const CpuScene& scene_;
+  const SceneArrays& scene_;
   const EmitterTable& emitters_;
   const RayTracer& tracer_;
   int reflections_;

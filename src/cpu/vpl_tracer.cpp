@@ -199,7 +199,7 @@ bool trace_study_layout(const Tracing& t, const ProgressFn& progress, Lights& li
 
 }  // namespace
 
-Lights trace_vpls(const CpuScene& scene, const EmitterTable& emitters, const RayTracer& tracer,
+Lights trace_vpls(const SceneArrays& scene, const EmitterTable& emitters, const RayTracer& tracer,
                   const VplOptions& options, const ProgressFn& progress) {
   check_vpl_options(options);
   if (!(emitters.total_power() > 0)) {
@@ -221,7 +221,7 @@ Lights trace_vpls(const CpuScene& scene, const EmitterTable& emitters, const Ray
   return lights;
 }
 
-Lights trace_vpls(const CpuScene& scene, const RayTracer& tracer, const VplOptions& options,
+Lights trace_vpls(const SceneArrays& scene, const RayTracer& tracer, const VplOptions& options,
                   const ProgressFn& progress) {
   const EmitterTable emitters(scene);
   return trace_vpls(scene, emitters, tracer, options, progress);

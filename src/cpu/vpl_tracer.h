@@ -1,7 +1,7 @@
 #pragma once
 
-#include "cpu/cpu_scene.h"
-#include "cpu/emitters.h"
+#include "backend/emitter_table.h"
+#include "backend/scene_arrays.h"
 #include "cpu/ray_tracer.h"
 #include "lightcuts/lights.h"
 #include "lightcuts/render.h"
@@ -20,11 +20,11 @@ namespace lightcuts {
 ///
 /// Where `progress` (stage "vpls") asks to stop, the result is empty.
 /// Throws Error{no_emitter, invalid_argument}. Source: Keller 1997; reference section 3.
-Lights trace_vpls(const CpuScene& scene, const RayTracer& tracer, const VplOptions& options,
+Lights trace_vpls(const SceneArrays& scene, const RayTracer& tracer, const VplOptions& options,
                   const ProgressFn& progress = {});
 
 /// The same with a table of emitters that exists already.
-Lights trace_vpls(const CpuScene& scene, const EmitterTable& emitters, const RayTracer& tracer,
+Lights trace_vpls(const SceneArrays& scene, const EmitterTable& emitters, const RayTracer& tracer,
                   const VplOptions& options, const ProgressFn& progress = {});
 
 }  // namespace lightcuts

@@ -8,7 +8,7 @@
 namespace lightcuts {
 
 // The scene as kernels see it: plain pointers and counts, in host or in device memory. A view owns nothing; whoever
-// makes one (CpuScene, the CUDA backend) keeps the arrays alive.
+// makes one (SceneArrays, the CUDA backend) keeps the arrays alive.
 
 struct ImageView {
   const std::uint8_t* texels = nullptr;  ///< width * height * channels, row by row from the top left

@@ -25,7 +25,7 @@ Scene furnace(float r) {
 }
 
 Lights lights_of(const Scene& scene, const VplOptions& options) {
-  const CpuScene cpu(scene);
+  const SceneArrays cpu(scene);
   const RayTracer tracer(cpu.view());
   return trace_vpls(cpu, tracer, options);
 }
@@ -81,7 +81,7 @@ TEST(VplTracer, MeetsTheCountWithinFivePerCent) {
 TEST(VplTracer, FixedCountsBiasNothing) {
   // Few VPLs, often thinned out: over many seeds the mean flux is what the surfaces reflect.
   const Scene room = furnace(0.7f);
-  const CpuScene cpu(room);
+  const SceneArrays cpu(room);
   const EmitterTable emitters(cpu);
   const RayTracer tracer(cpu.view());
   double sum = 0, sum_sq = 0;
@@ -263,7 +263,7 @@ TEST(VplTracer, RefusesWhatCannotBeDone) {
 
 TEST(VplTracer, StopsWhenAskedTo) {
   const Scene scene = furnace(0.5f);
-  const CpuScene cpu(scene);
+  const SceneArrays cpu(scene);
   const RayTracer tracer(cpu.view());
   EXPECT_EQ(trace_vpls(cpu, tracer, {}, [](const char*, double) { return false; }).count(), 0u);
 }
@@ -292,7 +292,7 @@ struct Mean {
 };
 
 Mean mean_radiance(const Scene& scene, int bounces, Vec3 eye, Vec3 target, std::uint32_t samples) {
-  const CpuScene cpu(scene);
+  const SceneArrays cpu(scene);
   const RayTracer tracer(cpu.view());
   const EmitterTable emitters(cpu);
   const PathTracer path(cpu, emitters, tracer, bounces, 3);
@@ -366,7 +366,7 @@ TEST(PathTracer, AgreesWithVplsUnderBentShadingNormals) {
   VplOptions options;
   options.count = 200000;
   options.bounces = 1;
-  const CpuScene cpu(scene);
+  const SceneArrays cpu(scene);
   const RayTracer tracer(cpu.view());
   const Lights lights = trace_vpls(cpu, tracer, options);
   const Vec3 at{1, 1e-5f, 0};

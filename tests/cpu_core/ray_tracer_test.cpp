@@ -4,7 +4,7 @@
 
 #include <random>
 
-#include "cpu/cpu_scene.h"
+#include "backend/scene_arrays.h"
 #include "cpu_core/scene_parts.h"
 #include "kernels/surface.h"
 #include "math/frame.h"
@@ -53,7 +53,7 @@ Scene masked_soup() {
 }
 
 void expect_agrees_with_brute_force(const Scene& scene, std::uint64_t bake_below) {
-  const CpuScene cpu(scene);
+  const SceneArrays cpu(scene);
   const RayTracer tracer(cpu.view(), bake_below);
   std::mt19937 random(7);
   std::uniform_real_distribution<float> in(-3, 3);
@@ -100,7 +100,7 @@ TEST(RayTracer, AgreesWithBruteForceThroughInstances) { expect_agrees_with_brute
 
 TEST(RayTracer, EmptySceneIsHitByNothing) {
   const Scene scene;
-  const CpuScene cpu(scene);
+  const SceneArrays cpu(scene);
   const RayTracer tracer(cpu.view());
   const Hit hit = tracer.intersect({{0, 0, 0}, 0, {0, 0, 1}, kInfinity});
   EXPECT_FALSE(hit.valid());
@@ -121,7 +121,7 @@ Scene closed_box(float size, float away, float twist) {
 /// Walks inside a closed box: a ray that leaves a wall must meet another wall, seen from inside, never its own.
 void expect_no_leak(float size, float away, float twist, std::uint64_t bake_below) {
   const Scene scene = closed_box(size, away, twist);
-  const CpuScene cpu(scene);
+  const SceneArrays cpu(scene);
   const RayTracer tracer(cpu.view(), bake_below);
   const Vec3 middle = scene.instances[0].world_from_object.origin;
   int leaks = 0, self_hits = 0;
@@ -167,7 +167,7 @@ TEST(Surface, SeesTheSideTheRayCameFrom) {
   mirror.x = {-1, 0, 0};
   mirror.origin = {10, 0, 0};
   scene.instances.push_back({"", 0, mirror});
-  const CpuScene cpu(scene);
+  const SceneArrays cpu(scene);
   const RayTracer tracer(cpu.view());
   for (const float x : {0.1f, 10.1f}) {  // the mirrored copy keeps its front towards +z
     const Ray down{{x, 0.2f, 2}, 0, {0, 0, -1}, kInfinity}, up{{x, 0.2f, -2}, 0, {0, 0, 1}, kInfinity};

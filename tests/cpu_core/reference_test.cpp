@@ -28,7 +28,7 @@ TEST(PathTracer, CornellBoxHasTheMeanOfTheReferencePicture) {
   const LoadedScene loaded = load_scene(folder / "scene.gltf");
   const Rgb expected = mean_of(rgb_pixels(load_image(folder / "TungstenRender.exr")));
 
-  const CpuScene cpu(loaded.scene);
+  const SceneArrays cpu(loaded.scene);
   const EmitterTable emitters(cpu);
   const RayTracer tracer(cpu.view());
   const PathTracer path(cpu, emitters, tracer, kUnlimitedBounces, 1);

@@ -4,7 +4,7 @@
 #include <memory>
 #include <random>
 
-#include "cpu/emitters.h"
+#include "backend/emitter_table.h"
 #include "cpu_core/scene_parts.h"
 #include "math/chi_square.h"
 
@@ -28,7 +28,7 @@ TEST(Emitters, AreChosenByPower) {
   scene.point_lights.push_back({{0, 0, 3}, {2, 2, 2}, {0, 0, -1}, 0.9f, 0.6f});
   scene.directional_lights.push_back({{0, 0, -1}, {0.2f, 0.2f, 0.2f}});
   scene.environment = Environment{{0.1f, 0.1f, 0.1f}, nullptr};
-  const CpuScene cpu(scene);
+  const SceneArrays cpu(scene);
   const EmitterTable table(cpu);
   const EmitterView& e = table.view();
   ASSERT_EQ(e.entry_count(), 8u);
@@ -106,7 +106,7 @@ Scene scene_under_picture() {
 
 TEST(Environment, IsSampledByWhatIsInterpolatedInItsTexels) {
   const Scene scene = scene_under_picture();
-  const CpuScene cpu(scene);
+  const SceneArrays cpu(scene);
   const EmitterTable table(cpu);
   const EnvironmentView& e = table.view().environment;
   // A texel gets three quarters of its own share each way and an eighth of both neighbours': what a tent leaves there.
@@ -172,7 +172,7 @@ TEST(Environment, CentreIsSeenAlongMinusZAndURunsRight) {
     for (std::size_t i = 0; i < 8; ++i) c.values[i] = static_cast<float>(i + 1);
   }
   scene.environment = Environment{{1, 1, 1}, image};
-  const CpuScene cpu(scene);
+  const SceneArrays cpu(scene);
   const EmitterTable table(cpu);
   const EnvironmentView& e = table.view().environment;
   const float up = std::sqrt(0.5f), far = 0.5f;
@@ -194,7 +194,7 @@ TEST(Emitters, DirectSamplesIntegrateToTheIrradiance) {
   mesh.positions = {{-1, 2, 0}, {1, 2.5f, 0.5f}, {0, 1.5f, 1}};
   mesh.triangles = {{0, 1, 2}};
   test::place(scene, mesh);
-  const CpuScene cpu(scene);
+  const SceneArrays cpu(scene);
   const EmitterTable table(cpu);
   const TriangleGeometry g = triangle_geometry(cpu.view(), 0, 0);
   double expected = 0, mean = 0, mean_pdf_inverse = 0;
@@ -229,7 +229,7 @@ struct Texture {
     scene.materials[0].base_color_texture.image = 0;
   }
   [[nodiscard]] Rgba at(float u, float v) const {
-    const CpuScene cpu(scene);
+    const SceneArrays cpu(scene);
     return sample_texture(cpu.view(), cpu.view().materials[0].base_color_texture, {u, v});
   }
   TextureRef& ref() { return scene.materials[0].base_color_texture; }

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <bit>
 
+#include "backend/emitter_table.h"
+#include "backend/scene_arrays.h"
 #include "cpu/all_lights.h"
-#include "cpu/cpu_scene.h"
-#include "cpu/emitters.h"
 #include "cpu/progress.h"
 #include "cpu/ray_tracer.h"
 #include "cpu/simd/isa.h"
@@ -70,7 +70,7 @@ TEST_P(AllLightsTest, ShadowRaysGiveTheSumOfWhatIsSeen) {
   Scene scene = lit_room();
   scene.instances.erase(scene.instances.begin() + 1);
   ASSERT_TRUE(validate(scene).empty());
-  const CpuScene cpu_scene(scene);
+  const SceneArrays cpu_scene(scene);
   const RayTracer tracer(cpu_scene.view());
   const EmitterTable emitters(cpu_scene);
   const View view = make_view(room_camera(), 16, 8, 1, 1, true);

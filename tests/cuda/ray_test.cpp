@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <filesystem>
 
-#include "cpu/cpu_scene.h"
+#include "backend/scene_arrays.h"
 #include "cpu/ray_tracer.h"
 #include "cuda/device_fixture.h"
 #include "cuda/device_scene.h"
@@ -41,7 +41,7 @@ std::vector<Ray> surface_rays(const SceneView& scene, std::uint32_t count, std::
 class RaysOnScene : public OnDevice {
  protected:
   void compare(const Scene& scene, std::uint32_t count) {
-    const CpuScene host(scene);
+    const SceneArrays host(scene);
     const RayTracer embree(host.view());
     const DeviceScene on_device(*device, scene, host.view());
     const std::vector<Ray> rays = surface_rays(host.view(), count, 5);

@@ -2,8 +2,8 @@
 
 #include <memory>
 
-#include "cpu/cpu_scene.h"
-#include "cpu/emitters.h"
+#include "backend/emitter_table.h"
+#include "backend/scene_arrays.h"
 #include "cpu/ism/shadow_map_set.h"
 #include "cpu/ray_tracer.h"
 #include "cpu/simd/isa.h"
@@ -15,7 +15,7 @@ namespace lightcuts {
 /// A scene with all that its maps need.
 struct MapScene {
   Scene scene;
-  CpuScene cpu_scene;
+  SceneArrays cpu_scene;
   RayTracer tracer;
   Lights lights;
   LightSet light_set;

@@ -4,7 +4,7 @@
 #include <random>
 #include <vector>
 
-#include "cpu/cpu_scene.h"
+#include "backend/scene_arrays.h"
 #include "cpu/ism/shadow_map_set.h"
 #include "cpu/ray_tracer.h"
 #include "kernels/surface.h"
@@ -76,7 +76,7 @@ inline bool at_shadow_edge(const RayTracer& tracer, const MapView& view, int siz
 }
 
 /// Compares the maps of every `step`-th VPL with rays to `per_light` random points that face it.
-inline Agreement measure_agreement(const ShadowMapSet& maps, const LightSet& lights, const CpuScene& scene,
+inline Agreement measure_agreement(const ShadowMapSet& maps, const LightSet& lights, const SceneArrays& scene,
                                    const RayTracer& tracer, std::size_t step, int per_light, bool edges = false) {
   Agreement result;
   ReceiverSampler sampler(scene.view(), 1);

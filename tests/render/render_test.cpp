@@ -5,8 +5,8 @@
 
 #include <cmath>
 
-#include "cpu/cpu_scene.h"
-#include "cpu/emitters.h"
+#include "backend/emitter_table.h"
+#include "backend/scene_arrays.h"
 #include "cpu/path_tracer.h"
 #include "cpu/ray_tracer.h"
 #include "cpu_shade/rooms.h"
@@ -186,7 +186,7 @@ TEST_P(Furnace, PathTracingMeetsTheClosedForm) {
 /// Path-traced picture whose samples all go through the pixels' centres, as the only sample of Instant Radiosity does:
 /// antialiasing would hide what is compared behind the noise of a lamp's edge.
 Image path_traced_at_centres(const Scene& scene, const Camera& camera, int size, std::uint32_t samples) {
-  const CpuScene cpu_scene(scene);
+  const SceneArrays cpu_scene(scene);
   const RayTracer tracer(cpu_scene.view());
   const EmitterTable emitters(cpu_scene);
   const PathTracer paths(cpu_scene, emitters, tracer, kUnlimitedBounces, 1);

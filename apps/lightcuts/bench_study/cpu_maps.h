@@ -4,7 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include "cpu/cpu_scene.h"
+#include "backend/scene_arrays.h"
 #include "cpu/ism/shadow_map_set.h"
 #include "cpu/light_set.h"
 #include "cpu/ray_tracer.h"
@@ -31,7 +31,7 @@ class CpuMaps {
   [[nodiscard]] const Lights& lights() const { return lights_; }
 
  private:
-  CpuScene scene_;
+  SceneArrays scene_;
   RayTracer tracer_;
   Lights lights_;
   LightSet light_set_;

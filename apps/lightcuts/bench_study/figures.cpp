@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <limits>
 
+#include "backend/emitter_table.h"
 #include "bench_study/cpu_maps.h"
 #include "bench_study/rooms.h"
 #include "bench_study/study.h"
 #include "cpu/cut/pixel_cut.h"
-#include "cpu/emitters.h"
 #include "cpu/tile.h"
 #include "kernels/pull_push.h"
 #include "lightcuts/io.h"
@@ -117,7 +117,7 @@ void draw_tree(Study& study) {
   const LightTrees& trees = backend->light_trees();
   const Lights& lights = backend->lights();
 
-  const CpuScene arrays(room);
+  const SceneArrays arrays(room);
   const RayTracer tracer(arrays.view());
   const EmitterTable emitters(arrays);
   const LightSet set = make_light_set(lights);

@@ -4,14 +4,14 @@
 
 #include <algorithm>
 
-#include "cpu/cpu_scene.h"
+#include "backend/scene_arrays.h"
 #include "cpu/path_tracer.h"
 
 namespace lightcuts::app::study {
 
 Halves trace_centres(const Scene& scene, const Camera& camera, int side, std::uint32_t samples,
                      const ProgressFn& progress) {
-  const CpuScene arrays(scene);
+  const SceneArrays arrays(scene);
   const RayTracer tracer(arrays.view());
   const EmitterTable emitters(arrays);
   const PathTracer paths(arrays, emitters, tracer, kUnlimitedBounces, 7);

@@ -2,9 +2,9 @@
 
 #include <tbb/task_arena.h>
 
-#include "cpu/cpu_scene.h"
+#include "backend/emitter_table.h"
+#include "backend/scene_arrays.h"
 #include "cpu/cut/pixel_lights.h"
-#include "cpu/emitters.h"
 #include "cpu/progress.h"
 #include "cpu/ray_tracer.h"
 #include "cpu/shade_picture.h"
@@ -48,7 +48,7 @@ class ScalarLighter final : public TileLighter {
 
 struct ScalarRadiosity::Loaded {
   explicit Loaded(const Scene& scene) : arrays(scene), tracer(arrays.view()), emitters(arrays) {}
-  CpuScene arrays;
+  SceneArrays arrays;
   RayTracer tracer;
   EmitterTable emitters;
 };

@@ -5,8 +5,8 @@ set(lightcuts_package ${CMAKE_INSTALL_LIBDIR}/cmake/lightcuts)
 install(TARGETS lightcuts EXPORT lightcutsTargets)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/lightcuts DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 install(TARGETS lightcuts_command)
-install(FILES ${PROJECT_SOURCE_DIR}/apps/lightcuts/bench_study/study_report.py
-  DESTINATION ${CMAKE_INSTALL_DATADIR}/lightcuts)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/apps/lightcuts/bench_study/study_report
+  DESTINATION ${CMAKE_INSTALL_DATADIR}/lightcuts FILES_MATCHING PATTERN "*.py")
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE ${PROJECT_SOURCE_DIR}/README.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
 
 set(find_dependencies)

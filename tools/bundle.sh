@@ -20,7 +20,7 @@ programs=$build/bin/lightcuts
 if [ "${3:-}" = --with-tests ]; then programs="$programs $(ls "$build"/bin/test_*)"; fi
 install -m 755 -s $programs "$stage/bin/"
 patchelf --set-rpath '$ORIGIN/../lib' "$stage"/bin/*
-install -D -m 644 apps/lightcuts/bench_study/study_report.py "$stage/share/lightcuts/study_report.py"
+install -D -m 644 -t "$stage/share/lightcuts/study_report" apps/lightcuts/bench_study/study_report/*.py
 
 # Their libraries, but glibc's.
 ldd $programs | awk '$2 == "=>" && $1 !~ /^(libc|libm|libdl|libpthread|librt|libresolv|libutil)\.so/ { print $3 }' |

@@ -13,7 +13,7 @@
 namespace lightcuts::app::study {
 namespace {
 
-constexpr const char* kScript = "study_report.py";
+constexpr const char* kScript = "study_report";  // a folder that Python runs
 
 /// The script beside the program: in a build folder, in an installation or a bundle, or nowhere.
 std::filesystem::path find_script() {
@@ -23,7 +23,7 @@ std::filesystem::path find_script() {
   const std::filesystem::path folder = program.parent_path();
   for (const char* where : {"../share/lightcuts", "share/lightcuts", "."}) {
     std::filesystem::path script = folder / where / kScript;
-    if (std::filesystem::exists(script)) return script;
+    if (std::filesystem::exists(script / "__main__.py")) return script;
   }
   return {};
 }

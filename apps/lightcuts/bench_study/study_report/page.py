@@ -1,0 +1,161 @@
+"""The study's page: one HTML file that embeds all it shows."""
+
+import base64
+import html
+import io
+
+from PIL import Image
+
+import plots
+import words
+
+# Name of the plot, heading, what draws it, what is said of it, tables below it.
+SECTIONS = [
+    ("table-1", "Table 1: making lights", plots.table_1, words.table_1, ["table-1"]),
+    ("figure-1", "Figure 1: a light tree", plots.figure_1, words.figure_1, []),
+    ("table-2-3", "Tables 2 and 3: which lights belong together", plots.tables_2_3, words.tables_2_3, ["table-2-3"]),
+    ("figure-2", "Figure 2: filling a hole", plots.figure_2, words.figure_2, []),
+    ("figure-3", "Figure 3: a shadow map before and after", plots.figure_3, words.figure_3, []),
+    ("table-4", "Table 4: filling holes", plots.table_4, words.table_4, ["table-4"]),
+    ("figure-4", "Table 5 and figure 4: all lights or a cut?", plots.figure_4, words.figure_4, ["table-5"]),
+    ("figure-5", "Table 6 and figure 5: the same in software", plots.figure_5, words.figure_5, ["table-6"]),
+    ("convergence", "Error against time", plots.convergence, words.convergence, ["convergence"]),
+    ("stages", "Cost of each stage, and memory", plots.stages, words.stages, ["stages"]),
+]
+# Sections that show pictures instead of a plot.
+PICTURES = {"figure-2": plots.FIGURE_2, "figure-3": plots.FIGURE_3}
+
+STYLE = """
+:root { color-scheme: light; }
+body { font: 16px/1.55 system-ui, sans-serif; color: #1c1c1c; background: #fff; max-width: 60rem; margin: 0 auto; padding: 1rem; }
+h1 { font-size: 1.7rem; line-height: 1.2; } h2 { font-size: 1.2rem; margin-top: 2.5rem; }
+.box { background: #f4f6f8; border-left: 4px solid #0072b2; padding: .6rem 1rem; margin: 1rem 0; }
+figure { margin: 0; } figure img { width: 100%; height: auto; }
+.plots, .grid { display: grid; gap: .6rem; margin: 1rem 0; }
+.plots { grid-template-columns: repeat(auto-fit, minmax(min(19rem, 100%), 1fr)); } .plots.one { max-width: 40rem; }
+.grid { grid-template-columns: repeat(auto-fill, minmax(9rem, 1fr)); }
+.grid.large { grid-template-columns: repeat(auto-fill, minmax(13rem, 1fr)); } .grid.large img { image-rendering: pixelated; }
+figcaption { font-size: .8rem; line-height: 1.3; }
+.table { overflow-x: auto; } table { border-collapse: collapse; font-size: .8rem; }
+th, td { padding: .15rem .5rem; text-align: right; border-bottom: 1px solid #ddd; white-space: nowrap; }
+th:first-child, td:first-child { text-align: left; }
+tr.published td { color: #777; font-style: italic; }
+summary { cursor: pointer; color: #0072b2; } small { color: #555; }
+@media print { body { max-width: none; font-size: 10pt; padding: 0; } details[open] summary { color: inherit; }
+  .table { overflow: visible; } table { font-size: 6.5pt; } th, td { padding: 0 .3rem; } figure, .box, tr { break-inside: avoid; } h2, h3, summary { break-after: avoid; }
+  .plots { grid-template-columns: repeat(2, 1fr); } .plots.one { grid-template-columns: 1fr; } .grid { grid-template-columns: repeat(4, 1fr); } }
+"""
+
+# Paper has no hand to open a table with.
+OPEN_FOR_PRINT = "addEventListener('beforeprint', () => document.querySelectorAll('details').forEach(d => d.open = true));"
+
+
+def cell(value):
+    if value is None:
+        return ""
+    if isinstance(value, float):
+        return f"{value:.4g}"
+    return html.escape(str(value))
+
+
+def table_html(report, name):
+    table = report.data["tables"].get(name)
+    if not table:
+        return ""
+    head = "".join(f"<th>{html.escape(c.replace('_', ' '))}</th>" for c in table["columns"])
+    body = "".join(
+        f"<tr class='{html.escape(str(row[-1]).replace(' ', '-'))}'>" + "".join(f"<td>{cell(v)}</td>" for v in row) + "</tr>"
+        for row in table["rows"])
+    return (f"<details><summary>{html.escape(table['title'])} (figures)</summary><div class='table'><table><tr>{head}</tr>{body}"
+            "</table></div></details>")
+
+
+def embedded(path):
+    kind = {"svg": "svg+xml", "png": "png"}[path.suffix[1:]]
+    return f"data:image/{kind};base64,{base64.b64encode(path.read_bytes()).decode()}"
+
+
+def embedded_picture(path):
+    """As JPEG where that is smaller: a page with all pictures should stay within a few megabytes."""
+    jpeg = io.BytesIO()
+    Image.open(path).convert("RGB").save(jpeg, "JPEG", quality=85)
+    if jpeg.tell() >= path.stat().st_size:
+        return embedded(path)
+    return f"data:image/jpeg;base64,{base64.b64encode(jpeg.getvalue()).decode()}"
+
+
+def figure(source, caption=""):
+    below = f"<figcaption>{html.escape(caption)}</figcaption>" if caption else ""
+    return f"<figure><img loading='lazy' src='{source}' alt='{html.escape(caption)}'>{below}</figure>"
+
+
+def drawn(report, name):
+    """What a section shows: its pictures, or the panels of its plot."""
+    if name in PICTURES:
+        shown = "".join(figure(embedded(report.folder / p["file"]), p["caption"]) for p in report.pictures(PICTURES[name]))
+        return f"<div class='grid large'>{shown}</div>"
+    panels = sorted(report.plots.glob(f"{name}-[0-9].svg")) or [report.plots / f"{name}.svg"]
+    shown = "".join(figure(embedded(panel)) for panel in panels)
+    return f"<div class='plots{' one' if len(panels) == 1 else ''}'>{shown}</div>"
+
+
+def section(report, name, title, said, tables):
+    parts = [f"<h2 id='{name}'>{html.escape(title)}</h2>", f"<p>{html.escape(said)}</p>", drawn(report, name)]
+    return "\n".join(parts + [table_html(report, t) for t in tables])
+
+
+def gallery(report):
+    rooms = list(dict.fromkeys(r["room"] for r in report.measured("pictures")))
+    if not rooms:
+        return ""
+    out = ["<h2 id='pictures'>Pictures</h2>", f"<p>{html.escape(words.pictures(report))}</p>"]
+    for room in rooms:
+        shown = [p for p in report.data["pictures"] if p["id"].startswith(room + "-") and (report.folder / p["file"]).exists()]
+        figures = "".join(figure(embedded_picture(report.folder / p["file"]), p["caption"]) for p in shown)
+        out.append(f"<h3>{html.escape(room)}</h3><div class='grid'>{figures}</div>")
+    return "\n".join(out + [table_html(report, "pictures")])
+
+
+def machine_text(report):
+    m = report.data["machine"]
+    return (f"{m['device']}; {m['processor']}, {m['cores']} threads, {m['memory_gib']:.0f} GiB; load average at the start "
+            f"{m['load_at_start']:.1f}; lightcuts {m['version']}, commit {m['commit']}; {m['date']}; scale "
+            f"\u201c{report.data['scale']}\u201d")
+
+
+def page(report, shown):
+    then, now = words.verdict(report)
+    checks = report.data["checks"]
+    failed = [c for c in checks if not c["good"]]
+    check_text = (f"{len(checks)} results were compared with a reference before they were timed; "
+                  + ("all agreed." if not failed else f"{len(failed)} did not: see the end."))
+    parts = [
+        "<!doctype html><html lang='en'><head><meta charset='utf-8'>",
+        "<meta name='viewport' content='width=device-width, initial-scale=1'>",
+        f"<title>The study, reproduced</title><style>{STYLE}</style></head><body>",
+        "<h1>The study, reproduced: is it worth cutting the light tree?</h1>",
+        "<p>In 2010 Clemens Arbesser and Thomas Mühlbacher (Vienna University of Technology) asked whether lightcuts with imperfect "
+        "shadow maps are possible and sensible on a graphics card. This page repeats their tables and figures with "
+        "<code>lightcuts bench study</code> and goes on where they had to stop.</p>",
+        f"<div class='box'><p>{then}</p><p>{now}</p></div>",
+        f"<p><small>{html.escape(machine_text(report))}. {html.escape(check_text)} The study's own room (its cover picture) was never "
+        "published; <code>builtin:study</code> stands for it: a closed room of 10 x 5 x 10 m, one lamp, 40 boxes. Figures in grey "
+        "italics and rows marked \u201cpublished\u201d are the study's own; everything else was measured in this run. Bars show "
+        "the smallest and the largest of the repeats. Lights are laid out as in the study (n on the lamp, n more from each), one "
+        "bounce; their weights are physical, where the study divided once too often by the squared distance.</small></p>"]
+    for name, title, _, say, tables in SECTIONS:
+        if name in shown:
+            parts.append(section(report, name, title, say(report), tables))
+        if name == "figure-5":
+            parts.append(gallery(report))
+    if failed:
+        parts.append("<h2>What did not agree</h2><ul>" +
+                     "".join(f"<li>{html.escape(c['what'])}: {html.escape(c['found'])}</li>" for c in failed) + "</ul>")
+    if report.data["notes"]:
+        parts.append("<h2>Left out</h2><details><summary>what this run did not measure, and why</summary><ul>" +
+                     "".join(f"<li>{html.escape(n)}</li>" for n in report.data["notes"]) + "</ul></details>")
+    parts.append("<p><small>To repeat: <code>lightcuts bench study "
+                 f"{'' if report.data['scale'] == 'full' else '--scale ' + report.data['scale'] + ' '}--report DIR</code>. "
+                 "All figures are beside this page in <code>tables/</code> (CSV) and <code>study.json</code>.</small></p>")
+    parts.append(f"<script>{OPEN_FOR_PRINT}</script></body></html>")
+    return "\n".join(p for p in parts if p)

@@ -25,7 +25,7 @@ constexpr Way kWays[] = {{"all lights, rays", Method::instant_radiosity, Visibil
 /// The methods on one room. Errors are free of the references' noise: see references.h.
 class Race {
  public:
-  Race(Study& study, const Room& room) : study_(study), room_(room) {}
+  Race(Study& study, const Room& room) : study_(study), room_(study, room) {}
 
   void run(Table& table) {
     for (const Way& way : kWays) {
@@ -50,32 +50,22 @@ class Race {
  private:
   [[nodiscard]] int side() const { return study_.sizes().converge_side; }
   [[nodiscard]] std::string key(const char* way, std::uint64_t n) const {
-    return fmt::format("convergence/{}/{}/{}", room_.name, way, n);
+    return fmt::format("convergence/{}/{}/{}", room_.name(), way, n);
   }
   void add(Table& table, const char* way, std::uint64_t n, const Json& found) {
-    table.add({room_.name, way, n, side(), found["wall_s"], found["cpu_s"], found["relmse"], kMeasured});
+    table.add({room_.name(), way, n, side(), found["wall_s"], found["cpu_s"], found["relmse"], kMeasured});
   }
 
-  void load() {
-    if (loaded_) return;
-    scene_ = open_room(room_);
-    study_.backend().set_scene(scene_, study_.progress());
-    study_.stop_if_asked();
-    loaded_ = true;
-  }
   Image shade(const ShadeOptions& options) {
     Statistics unused;
-    ShadeResult result = study_.backend().shade(select_camera(scene_, ""), side(), side(), options, memory_budget(),
-                                                unused, study_.progress());
-    study_.stop_if_asked();
-    return std::move(result.image);
+    return room_.shade(side(), options, unused);
   }
 
   /// Everything that the picture takes, from the light paths on.
   Json measure(const Way& way, std::uint64_t count) {
-    load();
+    room_.open();
     if (!centres_) {
-      centres_ = trace_centres(scene_, select_camera(scene_, ""), side(), half_samples(), study_.progress());
+      centres_ = trace_centres(room_.scene(), room_.camera(), side(), half_samples(), study_.progress());
       study_.stop_if_asked();
     }
     VplOptions vpls;
@@ -84,12 +74,14 @@ class Race {
     study_.backend().trace_vpls(vpls, study_.progress());
     if (way.method == Method::lightcuts) study_.backend().build_light_tree({}, study_.progress());
     const Image image = shade(shade_options(way.method, way.visibility));
-    const Time time = watch.elapsed();
+    const StageTimes device = study_.backend().stage_times();
+    const double tree_ms = way.method == Method::lightcuts ? device.tree : 0;
+    const Time time = stage_time(watch, device.shade > 0 ? device.vpls + tree_ms + device.shade : 0);
     return {{"wall_s", time.wall_s}, {"cpu_s", time.cpu_s}, {"relmse", relmse_without_noise(image, *centres_)}};
   }
 
   Json measure_path(int samples) {
-    load();
+    room_.open();
     if (!pixels_) {
       pixels_.emplace();
       for (Image* half : {&pixels_->first, &pixels_->second}) {
@@ -103,7 +95,7 @@ class Race {
     options.samples = samples;
     const Stopwatch watch;
     const Image image = shade(options);
-    const Time time = watch.elapsed();
+    const Time time = stage_time(watch, study_.backend().stage_times().shade);
     return {{"wall_s", time.wall_s}, {"cpu_s", time.cpu_s}, {"relmse", relmse_without_noise(image, *pixels_)}};
   }
   [[nodiscard]] std::uint32_t half_samples() const {
@@ -111,9 +103,7 @@ class Race {
   }
 
   Study& study_;
-  Room room_;
-  Scene scene_;
-  bool loaded_ = false;
+  OpenRoom room_;
   std::optional<Halves> centres_;  ///< what one sample a pixel through its centre should be
   std::optional<Halves> pixels_;   ///< what the mean over a pixel should be
 };
@@ -125,11 +115,7 @@ void make_convergence(Study& study) {
               "Error against time: relMSE without the reference's noise; seconds from the light paths on",
               {"room", "method", "vpls_or_paths", "side", "seconds", "cpu_seconds", "relmse", "source"},
               {}};
-  const std::vector<Room> rooms = rooms_of(study);
-  for (std::size_t i = 0; i < rooms.size(); ++i) {
-    Race(study, rooms[i]).run(table);
-    study.show_done(static_cast<double>(i + 1) / static_cast<double>(rooms.size()));
-  }
+  for_each_room(study, [&](const Room& room) { Race(study, room).run(table); });
   study.add(table);
 }
 

@@ -45,17 +45,17 @@ std::vector<float> error_map(const Image& image, const Image& reference) {
 /// The pictures of one room, from one reference.
 class Gallery {
  public:
-  Gallery(Study& study, const Room& room) : study_(study), room_(room) {}
+  Gallery(Study& study, const Room& room) : study_(study), room_(study, room) {}
 
   void make(Table& table) {
     const Json path = study_.measure(key("path"), [&] { return measure_path(); });
-    table.add({room_.name, "path", side(), samples(), path["wall_s"], path["cpu_s"], nullptr, nullptr, nullptr, nullptr,
-               kMeasured});
+    table.add({room_.name(), "path", side(), samples(), path["wall_s"], path["cpu_s"], nullptr, nullptr, nullptr,
+               nullptr, kMeasured});
     show("path", "path tracer, the reference");
     for (const Way& way : kWays) {
       const Json found = study_.measure_if_built(key(way.name), [&] { return measure(way); });
       if (found.is_null()) continue;
-      table.add({room_.name, way.caption, side(), kSamples, found["wall_s"], found["cpu_s"], found["relmse"],
+      table.add({room_.name(), way.caption, side(), kSamples, found["wall_s"], found["cpu_s"], found["relmse"],
                  found["flip"], found["signed_error_percent"], found["cut"], kMeasured});
       show(way.name, way.caption);
       show(std::string(way.name) + "-error",
@@ -71,28 +71,21 @@ class Gallery {
   [[nodiscard]] int side() const { return study_.sizes().picture_side; }
   [[nodiscard]] int samples() const { return study_.sizes().picture_samples; }
   [[nodiscard]] std::string key(const std::string& what) const {
-    return fmt::format("pictures/{}/{}", room_.name, what);
+    return fmt::format("pictures/{}/{}", room_.name(), what);
   }
   [[nodiscard]] std::string file(const std::string& what) const {
-    return fmt::format("pictures/{}-{}.png", room_.name, what);
+    return fmt::format("pictures/{}-{}.png", room_.name(), what);
   }
   void show(const std::string& what, const std::string& caption) {
-    if (!study_.folder().empty()) study_.add(Picture{room_.name + "-" + what, file(what), caption});
+    if (!study_.folder().empty()) study_.add(Picture{room_.name() + "-" + what, file(what), caption});
   }
   void save(const std::string& what, const DisplayImage& image) {
     if (!study_.folder().empty()) save_png(study_.folder() / file(what), image);
   }
 
-  /// Scene and lights are loaded when the first picture of the room is not there yet.
-  void load() {
-    if (loaded_) return;
-    scene_ = open_room(room_);
-    study_.backend().set_scene(scene_, study_.progress());
-    study_.stop_if_asked();
-    loaded_ = true;
-  }
+  /// Lights are made when the first picture of the room is not there yet.
   void light() {
-    load();
+    room_.open();
     if (lit_) return;
     VplOptions options;
     options.count = study_.sizes().picture_vpls;
@@ -100,19 +93,13 @@ class Gallery {
     study_.stop_if_asked();
     lit_ = true;
   }
-  Image shade(const ShadeOptions& options, Statistics& statistics) {
-    ShadeResult result = study_.backend().shade(select_camera(scene_, ""), side(), side(), options, memory_budget(),
-                                                statistics, study_.progress());
-    study_.stop_if_asked();
-    return std::move(result.image);
-  }
 
   Json measure_path() {
-    load();
+    room_.open();
     Statistics statistics;
     const Stopwatch watch;
     trace(statistics);
-    const Time time = watch.elapsed();
+    const Time time = stage_time(watch, study_.backend().stage_times().shade);
     const float exposure = auto_exposure(*reference_);
     save("path", tone_map(*reference_, exposure));
     return {{"wall_s", time.wall_s}, {"cpu_s", time.cpu_s}};
@@ -120,7 +107,7 @@ class Gallery {
   void trace(Statistics& statistics) {
     ShadeOptions options = shade_options(Method::path, Visibility::rays);
     options.samples = samples();
-    reference_ = shade(options, statistics);
+    reference_ = room_.shade(side(), options, statistics);
   }
 
   Json measure(const Way& way) {
@@ -132,8 +119,10 @@ class Gallery {
     options.samples = kSamples;
     const Stopwatch watch;
     if (way.method == Method::lightcuts) study_.backend().build_light_tree({}, study_.progress());
-    const Image image = shade(options, statistics);
-    const Time time = watch.elapsed();
+    const Image image = room_.shade(side(), options, statistics);
+    const StageTimes device = study_.backend().stage_times();
+    const double tree_ms = way.method == Method::lightcuts ? device.tree : 0;
+    const Time time = stage_time(watch, device.shade > 0 ? tree_ms + device.shade : 0);
     const Comparison c = compare(image, *reference_);
     save(way.name, tone_map(image, c.exposure_ev));
     save(std::string(way.name) + "-error",
@@ -151,9 +140,8 @@ class Gallery {
   }
 
   Study& study_;
-  Room room_;
-  Scene scene_;
-  bool loaded_ = false, lit_ = false;
+  OpenRoom room_;
+  bool lit_ = false;
   std::optional<Image> reference_;
 };
 
@@ -166,11 +154,7 @@ void make_pictures(Study& study) {
               {"room", "method", "side", "samples", "seconds", "cpu_seconds", "relmse", "flip", "signed_error_percent",
                "mean_cut", "source"},
               {}};
-  const std::vector<Room> rooms = rooms_of(study);
-  for (std::size_t i = 0; i < rooms.size(); ++i) {
-    Gallery(study, rooms[i]).make(table);
-    study.show_done(static_cast<double>(i + 1) / static_cast<double>(rooms.size()));
-  }
+  for_each_room(study, [&](const Room& room) { Gallery(study, room).make(table); });
   study.add(table);
 }
 

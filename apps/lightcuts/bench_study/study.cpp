@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "bench_study/rooms.h"
 #include "console.h"
 #include "interruption.h"
 #include "lightcuts/error.h"
@@ -138,6 +139,12 @@ Json Study::measure_if_built(const std::string& key, const std::function<Json()>
     note(fmt::format("{}: {}", key, error.what()));
     return nullptr;
   }
+}
+
+Image Study::shade(const Camera& camera, int side, const ShadeOptions& options, Statistics& statistics) {
+  ShadeResult result = backend_->shade(camera, side, side, options, memory_budget(), statistics, progress_);
+  stop_if_asked();
+  return std::move(result.image);
 }
 
 void Study::check(const std::string& what, bool good, const std::string& found) {

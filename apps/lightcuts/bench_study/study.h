@@ -44,6 +44,9 @@ class Study {
   /// Throws Interrupted if the user asked to stop; to be called after every stage.
   void stop_if_asked() const;
 
+  /// A square picture of what the backend holds. Throws Interrupted if the user asked to stop.
+  Image shade(const Camera& camera, int side, const ShadeOptions& options, Statistics& statistics);
+
   /// A result that was compared with its reference before it was timed.
   void check(const std::string& what, bool good, const std::string& found);
   void note(const std::string& text);

@@ -74,10 +74,7 @@ class Lit {
   }
 
   Image shade(int side, const ShadeOptions& options, Statistics& statistics) {
-    ShadeResult result = study_.backend().shade(study_room().cameras[0], side, side, options, memory_budget(),
-                                                statistics, study_.progress());
-    study_.stop_if_asked();
-    return std::move(result.image);
+    return study_.shade(study_room().cameras[0], side, options, statistics);
   }
 
  private:

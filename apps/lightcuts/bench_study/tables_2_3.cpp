@@ -38,10 +38,7 @@ int check_side(int side, std::uint64_t lights) {
 }
 
 Image shade(Study& study, int side, const ShadeOptions& options, Statistics& statistics) {
-  ShadeResult result = study.backend().shade(study_room().cameras[0], side, side, options, memory_budget(), statistics,
-                                             study.progress());
-  study.stop_if_asked();
-  return std::move(result.image);
+  return study.shade(study_room().cameras[0], side, options, statistics);
 }
 
 /// The study's cut: a heap for each pixel, of at most 1000 nodes; where a backend has none, its own walk.

@@ -52,6 +52,14 @@ std::uint32_t sample_count(const ShadeOptions& options) {
   return options.method == Method::path ? 64 : 1;
 }
 
+/// Rays go between any two points of scene and lights.
+OccluderView view_of(const std::vector<Occluder>& occluders, const SceneView& scene, const LightTrees& trees) {
+  Box box = scene.bounds;
+  if (!trees.vpls.nodes.empty()) box = extend(box, trees.vpls.nodes[0].box);
+  if (!trees.points.nodes.empty()) box = extend(box, trees.points.nodes[0].box);
+  return occluder_view(occluders.data(), static_cast<std::uint32_t>(occluders.size()), box);
+}
+
 }  // namespace
 
 CpuBackend::CpuBackend(int threads)
@@ -130,7 +138,12 @@ ShadeResult CpuBackend::shade(const Camera& camera, int width, int height, const
   const AllLights all_lights(kernels_, light_set_, visibility, min_distance);
   LightMarks marks(trees_);
   const float error = options.visibility == Visibility::rays ? kShadowedShare * options.error : options.error;
-  const CutContext cut{trees_, light_set_, visibility, min_distance * min_distance, error, options.max_cut, marks};
+  // Maps may let light through where rays do not: what is hidden for certain counts with rays only.
+  const OccluderView occluders = options.visibility == Visibility::rays
+                                     ? view_of(scene.occluders, scene.cpu_scene.view(), trees_)
+                                     : OccluderView{};
+  const CutContext cut{trees_, light_set_,      visibility, min_distance * min_distance,
+                       error,  options.max_cut, marks,      occluders};
   const HeapLighter heap(cut);
   const PacketLighter packet(cut, cut_kernels(isa_), kernels_);
   const TileLighter& cut_lighter = options.cut == CutWalk::heap ? static_cast<const TileLighter&>(heap) : packet;

@@ -7,6 +7,7 @@
 
 #include "backend/backend.h"
 #include "backend/emitter_table.h"
+#include "backend/find_occluders.h"
 #include "backend/scene_arrays.h"
 #include "cpu/light_set.h"
 #include "cpu/ray_tracer.h"
@@ -35,10 +36,15 @@ class CpuBackend final : public Backend {
  private:
   /// What a scene turns into; kept together because each part refers to the one before.
   struct Loaded {
-    explicit Loaded(const Scene& scene) : cpu_scene(scene), tracer(cpu_scene.view()), emitters(cpu_scene) {}
+    explicit Loaded(const Scene& scene)
+        : cpu_scene(scene),
+          tracer(cpu_scene.view()),
+          emitters(cpu_scene),
+          occluders(find_occluders(cpu_scene.view(), kMostOccluders)) {}
     SceneArrays cpu_scene;
     RayTracer tracer;
     EmitterTable emitters;
+    std::vector<Occluder> occluders;
   };
 
   Loaded& loaded();

@@ -86,6 +86,7 @@ class CutCollector final : public CutListener {
       groups[pixel] = group;
     }
   }
+  void hidden(LightKind, std::uint32_t, const ReceiverGroup<float>&, std::span<const std::uint8_t>) override {}
 };
 
 /// Groups as without shadows, or of single pixels.

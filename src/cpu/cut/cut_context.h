@@ -9,6 +9,7 @@
 #include "cpu/tile.h"
 #include "cpu/visibility.h"
 #include "kernels/cut_criterion.h"
+#include "kernels/occluder.h"
 
 namespace lightcuts {
 
@@ -21,6 +22,7 @@ struct CutContext {
   float error;                         ///< bound on each node relative to the pixel's total
   std::uint32_t max_cut;               ///< largest cut, 0: none
   LightMarks& marks;
+  OccluderView occluders{};  ///< what hides lights for certain; none where shadow rays do not decide
 
   /// What a node's bound on luminance may be at most [same unit as total].
   [[nodiscard]] double threshold(double total) const { return error * (1 - kThresholdSlack) * total; }

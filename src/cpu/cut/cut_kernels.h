@@ -7,6 +7,7 @@
 #include "cpu/simd/packet.h"
 #include "cpu/simd/shade_kernels.h"
 #include "kernels/group_bound.h"
+#include "kernels/occluder.h"
 
 namespace lightcuts {
 
@@ -14,8 +15,10 @@ namespace lightcuts {
 struct ChosenNode {
   std::uint32_t node;
   std::uint32_t kept;  ///< as in WaitingNode
-  float bound;         ///< geometric bound over the group; 0 for a leaf, which is exact
+  float bound;         ///< geometric bound over the group; 0 for a leaf, which is exact; kHidden
 };
+/// Stands for the bound of a node that no receiver of the group sees.
+inline constexpr float kHidden = -1;
 
 /// An inner node to go below.
 struct WaitingNode {
@@ -42,6 +45,9 @@ struct GroupWalk {
   float min_distance_sq;    ///< [m^2]
   const WaitingNode* feed;  ///< more nodes to go below, taken from the end
   std::uint32_t feed_count;
+  const Umbra* umbras;  ///< nodes in any of them are left out
+  std::uint32_t umbra_count;
+  bool tell_hidden;  ///< hands over the nodes left out too
   // Where it stands.
   std::uint32_t waiting_count;
   WaitingNode waiting[kWalkStack];
@@ -85,6 +91,8 @@ struct CutTask {
 /// The inner loops of the packet cut, compiled once for each instruction set.
 struct CutKernels {
   WalkFn walk[3];  ///< by LightKind
+  /// Which of at most 16 nodes lie in some umbra, as bits.
+  std::uint32_t (*hidden[3])(const Umbra* umbras, std::uint32_t umbra_count, const LightNode* const* nodes, int count);
 
   void (*sum_vpls)(const CutTask&, float min_distance_sq, CutSum&);
   void (*sum_points)(const CutTask&, const PointRecord*, CutSum&);

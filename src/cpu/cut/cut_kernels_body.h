@@ -29,23 +29,70 @@ LC_LANES_FN ReceiverGroup<BoundLanes> broadcast_group(const ReceiverGroup<float>
 }
 
 struct VplBound {
+  static constexpr bool kDirections = false;  ///< boxes of nodes hold unit vectors to the lights
   LC_LANES_FN static BoundLanes geometric(const ReceiverGroup<BoundLanes>& group,
                                           const ClusterBounds<BoundLanes>& lights, float clamp_sq) {
     return group_vpl_bound(group, lights, BoundLanes(clamp_sq));
   }
 };
 struct PointBound {
+  static constexpr bool kDirections = false;  ///< boxes of nodes hold unit vectors to the lights
   LC_LANES_FN static BoundLanes geometric(const ReceiverGroup<BoundLanes>& group,
                                           const ClusterBounds<BoundLanes>& lights, float) {
     return group_point_bound(group, lights, BoundLanes(kPointGuardSq));
   }
 };
 struct DirectionalBound {
+  static constexpr bool kDirections = true;  ///< boxes of nodes hold unit vectors to the lights
   LC_LANES_FN static BoundLanes geometric(const ReceiverGroup<BoundLanes>& group,
                                           const ClusterBounds<BoundLanes>& lights, float) {
     return group_directional_bound(group, lights);
   }
 };
+
+/// The lanes whose node lies in some umbra, of those in `asked`.
+template <bool Directions>
+LC_LANES_FN std::uint32_t hidden_lanes(const Umbra* umbras, std::uint32_t umbra_count,
+                                       const ClusterBounds<BoundLanes>& nodes, std::uint32_t asked) {
+  // Every plane has the same farthest corner in all boxes: two stores pick it without a select.
+  alignas(64) float ends[2][3][Lanes::kCount];
+  nodes.lo.x.value.store_aligned(ends[0][0]);
+  nodes.lo.y.value.store_aligned(ends[0][1]);
+  nodes.lo.z.value.store_aligned(ends[0][2]);
+  nodes.hi.x.value.store_aligned(ends[1][0]);
+  nodes.hi.y.value.store_aligned(ends[1][1]);
+  nodes.hi.z.value.store_aligned(ends[1][2]);
+  const auto inside = [&](const HalfSpace& h) {
+    const Batch x = Batch::load_aligned(ends[h.normal.x > 0 ? 0 : 1][0]);
+    const Batch y = Batch::load_aligned(ends[h.normal.y > 0 ? 0 : 1][1]);
+    const Batch z = Batch::load_aligned(ends[h.normal.z > 0 ? 0 : 1][2]);
+    const Batch least = x * Batch(h.normal.x) + y * Batch(h.normal.y) + z * Batch(h.normal.z);
+    return bits(Mask{least > Batch(Directions ? kUmbraDirectionSlack : -h.offset)});
+  };
+  std::uint32_t hidden = 0;
+  for (std::uint32_t i = 0; i < umbra_count; ++i) {
+    std::uint32_t lanes = asked & ~hidden;
+    for (int plane = kUmbraPlanes - 1; plane >= 0 && lanes != 0; --plane) lanes &= inside(umbras[i].behind[plane]);
+    hidden |= lanes;
+    if (hidden == asked) break;
+  }
+  return hidden;
+}
+
+template <class Bound>
+std::uint32_t hidden_of(const Umbra* umbras, std::uint32_t umbra_count, const LightNode* const* nodes, int count) {
+  std::uint32_t hidden = 0;
+  for (int first = 0; first < count; first += Lanes::kCount) {
+    const int here = count - first < Lanes::kCount ? count - first : Lanes::kCount;
+    const float* node[Lanes::kCount];
+    for (int i = 0; i < Lanes::kCount; ++i) {
+      node[i] = reinterpret_cast<const float*>(nodes[first + (i < here ? i : 0)]);
+    }
+    const std::uint32_t asked = here == 32 ? ~0u : (1u << here) - 1u;
+    hidden |= hidden_lanes<Bound::kDirections>(umbras, umbra_count, load_nodes(node).bounds, asked) << first;
+  }
+  return hidden;
+}
 
 constexpr int kPairs = Lanes::kCount / 2;
 static_assert(kPairs <= kMostPairs);
@@ -88,6 +135,11 @@ std::uint32_t walk_on(GroupWalk& walk, ChosenNode* chosen, std::uint32_t capacit
     const std::uint32_t accepted = bits(Mask{small | dark});
     alignas(64) float bound[Lanes::kCount];
     geometric.value.store_aligned(bound);
+    std::uint32_t hidden = 0;
+    if (walk.umbra_count > 0) {
+      const std::uint32_t asked = ~bits(Mask{dark}) & static_cast<std::uint32_t>((std::uint64_t{1} << 2 * count) - 1);
+      hidden = hidden_lanes<Bound::kDirections>(walk.umbras, walk.umbra_count, nodes.bounds, asked);
+    }
 
     for (int i = 0; i < count; ++i) {
       // The child with fewer leaves comes next, so the other one waits below it.
@@ -97,7 +149,9 @@ std::uint32_t walk_on(GroupWalk& walk, ChosenNode* chosen, std::uint32_t capacit
         const int lane = 2 * i + child;
         const std::uint32_t index = walk.nodes[taken[i].node].first_child + static_cast<std::uint32_t>(child);
         const std::uint32_t kept = child == 0 ? taken[i].kept : kNone;
-        if (pairs[i][child].is_leaf()) {
+        if ((hidden >> lane & 1u) != 0) {
+          if (walk.tell_hidden) chosen[chosen_count++] = {index, kept, kHidden};
+        } else if (pairs[i][child].is_leaf()) {
           chosen[chosen_count++] = {index, kept, 0.0f};
         } else if ((accepted >> lane & 1u) != 0) {
           chosen[chosen_count++] = {index, kept, bound[lane]};
@@ -233,7 +287,10 @@ void sum_directionals(const CutTask& task, const DirectionalRecord* lights, CutS
 }  // namespace
 
 extern const CutKernels cut_kernels;
-const CutKernels cut_kernels{
-    {walk_on<VplBound>, walk_on<PointBound>, walk_on<DirectionalBound>}, sum_vpls, sum_points, sum_directionals};
+const CutKernels cut_kernels{{walk_on<VplBound>, walk_on<PointBound>, walk_on<DirectionalBound>},
+                             {hidden_of<VplBound>, hidden_of<PointBound>, hidden_of<DirectionalBound>},
+                             sum_vpls,
+                             sum_points,
+                             sum_directionals};
 
 }  // namespace lightcuts::LC_ISA

@@ -91,6 +91,10 @@ class GroupCut {
     walk_.group = bound_receivers(tile, group);
     walk_.min_distance_sq = context_.min_distance_sq;
     walk_.visits = 0;
+    find_umbras(context_, walk_.group, tools.tuning.umbras, scratch.umbras);
+    walk_.umbras = scratch.umbras.umbras.data();
+    walk_.umbra_count = static_cast<std::uint32_t>(scratch.umbras.umbras.size());
+    walk_.tell_hidden = tools.listener != nullptr;
   }
 
   void run() {
@@ -172,7 +176,8 @@ class GroupCut {
     }
     for (int p = 0; p < packet_count_; ++p) {
       for (const LightKind kind : kLightKinds) {
-        const std::vector<CutLight>& lights = tools_.frontier.lights[index(kind)];
+        if (p == 0) seen_frontier(kind);
+        const std::vector<CutLight>& lights = scratch_.entries[index(kind)].lights;
         sum(kind, p, lights.data(), nullptr, lights.size());
       }
     }
@@ -183,6 +188,22 @@ class GroupCut {
       const double total = std::min(std::max(reflected(i, pixel.light), reflected(i, all)), most);
       pixel.threshold = factor * context_.threshold(total);
     });
+  }
+
+  /// Copies the nodes of the frontier that are not hidden.
+  void seen_frontier(LightKind kind) {
+    const std::vector<CutLight>& all = tools_.frontier.lights[index(kind)];
+    std::vector<CutLight>& seen = scratch_.entries[index(kind)].lights;
+    seen.clear();
+    for (std::size_t first = 0; first < all.size(); first += kPacketSize) {
+      const LightNode* nodes[kPacketSize];
+      const int count = static_cast<int>(std::min<std::size_t>(kPacketSize, all.size() - first));
+      for (int i = 0; i < count; ++i) nodes[i] = &tree(kind).nodes[all[first + static_cast<std::size_t>(i)].node];
+      const std::uint32_t hidden = tools_.cut.hidden[index(kind)](walk_.umbras, walk_.umbra_count, nodes, count);
+      for (int i = 0; i < count; ++i) {
+        if ((hidden >> i & 1u) == 0) seen.push_back(all[first + static_cast<std::size_t>(i)]);
+      }
+    }
   }
 
   void start() {
@@ -299,7 +320,7 @@ class GroupCut {
       size += scratch_.feed.size();
       go_below(kind, [&](const ChosenNode& chosen) {
         const LightNode& node = tree(kind).nodes[chosen.node];
-        if (node.is_leaf()) {
+        if (node.is_leaf() || chosen.bound < 0) {
           choose(kind, chosen);
         } else {
           heap.push_back({weigh(aimed, node.intensity, chosen.bound), kind, chosen});
@@ -322,6 +343,10 @@ class GroupCut {
   }
 
   void choose(LightKind kind, const ChosenNode& chosen) {
+    if (chosen.bound < 0) {
+      tell_hidden(kind, chosen.node);
+      return;
+    }
     const CutLight light = cut_light(kind, tree(kind), context_.lights, chosen.node, chosen.bound);
     if (!tree(kind).nodes[chosen.node].is_leaf()) {
       keep(kind, light, chosen.kept);
@@ -331,6 +356,13 @@ class GroupCut {
     leaves.lights.push_back(light);
     if (context_.visibility != nullptr) leaves.shares.push_back(share_of(kind, light.light, chosen.kept));
     if (leaves.lights.size() == kBlock) add_leaves(kind);
+  }
+
+  void tell_hidden(LightKind kind, std::uint32_t node) {
+    std::uint8_t pixels[kTilePixels];
+    std::size_t count = 0;
+    for_each_pending([&](int i) { pixels[count++] = group_.pixels[i]; });
+    tools_.listener->hidden(kind, node, walk_.group, {pixels, count});
   }
 
   /// How much of a representative arrives, from the last round or by asking.

@@ -6,6 +6,7 @@
 
 #include "cpu/cut/cut_context.h"
 #include "cpu/cut/cut_kernels.h"
+#include "cpu/cut/hidden_lights.h"
 #include "cpu/cut/receiver_groups.h"
 #include "cpu/tile.h"
 
@@ -26,15 +27,19 @@ class CutListener {
   /// `pixels` as in PixelGroup; bounds were those of the group.
   virtual void chosen(LightKind kind, std::uint32_t node, const ReceiverGroup<float>& group,
                       std::span<const std::uint8_t> pixels) = 0;
+  /// A node that none of the pixels sees: it belongs to the cut too, but gives nothing.
+  virtual void hidden(LightKind kind, std::uint32_t node, const ReceiverGroup<float>& group,
+                      std::span<const std::uint8_t> pixels) = 0;
 };
 
 /// How the work is cut up: measured, see docs/results/cut.md.
 struct GroupTuning {
-  float extent;        ///< of a group, relative to that of lights and tile
-  float cosine;        ///< as in GroupLimits
-  int pixels;          ///< as in GroupLimits
-  float first_factor;  ///< threshold of the first round, relative to that of the guess
-  float level_ratio;   ///< pixels whose thresholds differ by less than this go on together
+  float extent;              ///< of a group, relative to that of lights and tile
+  float cosine;              ///< as in GroupLimits
+  int pixels;                ///< as in GroupLimits
+  float first_factor;        ///< threshold of the first round, relative to that of the guess
+  float level_ratio;         ///< pixels whose thresholds differ by less than this go on together
+  std::uint32_t umbras = 0;  ///< most occluders that a group looks for hidden lights behind
 };
 
 /// The instruments of a group's cut. Everything referred to must outlive it.
@@ -73,6 +78,7 @@ struct CutScratch {
   CutEntries leaves;                  ///< leaves not added to the sums yet
   std::vector<WaitingNode> feed;
   std::vector<SplitCandidate> heap;
+  UmbraScratch umbras;
   std::uint64_t groups = 0, rounds = 0, visits = 0;  ///< counted over its whole life
 };
 

@@ -82,12 +82,17 @@ LC_LANES_FN FourBatches load_block(const float* const* node, int k) {
 
 #endif
 
-/// Nodes from memory into lanes: of every pair both, side by side. What is no float in a node is moved, never computed with.
+/// Nodes from memory into lanes. What is no float in a node is moved, never computed with.
+LC_LANES_FN NodeLanes load_nodes(const float* const* node) {
+  const FourBatches p = load_block(node, 0), q = load_block(node, 1), r = load_block(node, 2), s = load_block(node, 3);
+  return {{{p.a, p.b, p.c}, {p.d, q.a, q.b}, {q.c, q.d, r.a}, r.b}, {r.c, r.d, s.a}};
+}
+
+/// The same: of every pair both, side by side.
 LC_LANES_FN NodeLanes load_pairs(const LightNode* const* pairs) {
   const float* node[Lanes::kCount];
   for (int i = 0; i < Lanes::kCount; ++i) node[i] = reinterpret_cast<const float*>(&pairs[i / 2][i % 2]);
-  const FourBatches p = load_block(node, 0), q = load_block(node, 1), r = load_block(node, 2), s = load_block(node, 3);
-  return {{{p.a, p.b, p.c}, {p.d, q.a, q.b}, {q.c, q.d, r.a}, r.b}, {r.c, r.d, s.a}};
+  return load_nodes(node);
 }
 
 }  // namespace lightcuts::LC_ISA

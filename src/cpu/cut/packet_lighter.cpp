@@ -9,11 +9,12 @@ namespace {
 constexpr std::uint32_t kFrontierSize = 48;
 
 /// A group may be so large because what a test saves by serving more pixels is worth more than what the cut grows; with
-/// shadow rays, because rays of full packets cost half as much as those of sparse ones.
+/// shadow rays, because rays of full packets cost half as much as those of sparse ones. More umbras than these found hardly
+/// anything more in the rooms measured (docs/results/cut.md).
 constexpr GroupTuning kUnshadowed{
     .extent = 0.06f, .cosine = 0.8f, .pixels = kTilePixels, .first_factor = 1.2f, .level_ratio = 1.5f};
 constexpr GroupTuning kShadowed{
-    .extent = 0.08f, .cosine = 0.8f, .pixels = kPacketSize, .first_factor = 2.0f, .level_ratio = 1.2f};
+    .extent = 0.08f, .cosine = 0.8f, .pixels = kPacketSize, .first_factor = 2.0f, .level_ratio = 1.2f, .umbras = 32};
 
 }  // namespace
 

@@ -2,7 +2,6 @@
 #include <tbb/global_control.h>
 
 #include <algorithm>
-#include <chrono>
 #include <memory>
 #include <optional>
 
@@ -15,6 +14,7 @@
 #include "progress_bar.h"
 #include "render/check_options.h"
 #include "render/memory.h"
+#include "render/stopwatch.h"
 #include "render_request.h"
 #include "stats_json.h"
 #include "text.h"
@@ -37,16 +37,6 @@ Ctrl-C saves what is done; a second one ends at once.
 
 Exit status: 0 done, 2 wrong usage, 3 input that cannot be used, 4 not enough memory or disk,
 5 no such device, 130 interrupted.)";
-
-class Stopwatch {
- public:
-  [[nodiscard]] double ms() const {
-    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start_).count();
-  }
-
- private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
 
 /// The user's own command with light from outside added.
 std::string command_with_environment(const std::vector<std::string>& words) {

@@ -1,22 +1,11 @@
 #include "cpu/film.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <limits>
+
+#include "backend/picture_planes.h"
 
 namespace lightcuts {
-namespace {
-
-/// Single precision, kept finite: lights of absurd strength must not leave infinities (or, multiplied by a black albedo,
-/// NaN) in a picture.
-float finite(double v) {
-  constexpr double largest = std::numeric_limits<float>::max();
-  return std::isnan(v) ? 0.0f : static_cast<float>(std::clamp(v, -largest, largest));
-}
-
-}  // namespace
-
 Film::Film(int width, int height, bool with_cuts)
     : width_(width),
       height_(height),
@@ -38,42 +27,21 @@ void Film::add(int x, int y, const Sample& sample) {
 }
 
 Image Film::image(std::uint32_t sample_count) const {
-  Image image = make_rgb_image(width_, height_);
-  constexpr std::array names{"albedo.R", "albedo.G", "albedo.B", "normal.X", "normal.Y", "normal.Z", "depth.Z"};
-  for (const char* name : names) ensure_channel(image, name);
-  if (with_cuts_) {
-    ensure_channel(image, "cut.size");
-    ensure_channel(image, "cut.bound");
-  }
+  Image image = make_picture(width_, height_, with_cuts_);
   const bool complete =
       std::all_of(pixels_.begin(), pixels_.end(), [&](const Pixel& p) { return p.samples == sample_count; });
-  if (!complete) {
-    ensure_channel(image, "weight");
-    image.attributes["complete"] = "false";
-  }
-
+  Channel* const weight = complete ? nullptr : &mark_incomplete(image);
   for (std::size_t i = 0; i < pixels_.size(); ++i) {
     const Pixel& pixel = pixels_[i];
-    const auto plane = [&](std::size_t k) -> float& { return image.channels[k].values[i]; };
-    if (!complete)
-      image.channels.back().values[i] = static_cast<float>(pixel.samples) / static_cast<float>(sample_count);
+    if (weight != nullptr) weight->values[i] = static_cast<float>(pixel.samples) / static_cast<float>(sample_count);
     if (pixel.samples == 0) continue;
     const double share = 1.0 / pixel.samples;
     const auto scale = static_cast<float>(share);
-    plane(0) = finite(pixel.radiance.x * share);
-    plane(1) = finite(pixel.radiance.y * share);
-    plane(2) = finite(pixel.radiance.z * share);
-    plane(3) = pixel.albedo.x * scale;
-    plane(4) = pixel.albedo.y * scale;
-    plane(5) = pixel.albedo.z * scale;
-    plane(6) = pixel.normal.x * scale;
-    plane(7) = pixel.normal.y * scale;
-    plane(8) = pixel.normal.z * scale;
-    plane(9) = pixel.hits == 0 ? std::numeric_limits<float>::infinity() : pixel.depth / static_cast<float>(pixel.hits);
-    if (with_cuts_) {
-      plane(10) = pixel.cut_size * scale;
-      plane(11) = pixel.cut_bound;
-    }
+    PixelPlanes planes{pixel.radiance * share, pixel.albedo * scale, pixel.normal * scale};
+    if (pixel.hits > 0) planes.depth = pixel.depth / static_cast<float>(pixel.hits);
+    planes.cut_size = pixel.cut_size * scale;
+    planes.cut_bound = pixel.cut_bound;
+    set_pixel(image, i, planes, with_cuts_);
   }
   return image;
 }

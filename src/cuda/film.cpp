@@ -1,8 +1,8 @@
 #include "cuda/film.h"
 
 #include <algorithm>
-#include <cmath>
 
+#include "backend/picture_planes.h"
 #include "cuda/picture_kernels.h"
 
 namespace lightcuts::cuda {
@@ -13,12 +13,6 @@ std::vector<T> fetch(const DeviceBuffer<T>& buffer) {
   std::vector<T> values(buffer.size());
   buffer.download(values.data(), values.size());
   return values;
-}
-
-/// Single precision, kept finite.
-float finite(double v) {
-  constexpr double largest = std::numeric_limits<float>::max();
-  return std::isnan(v) ? 0.0f : static_cast<float>(std::clamp(v, -largest, largest));
 }
 
 }  // namespace
@@ -77,18 +71,10 @@ PictureTotals DeviceFilm::totals() const {
 }
 
 Image DeviceFilm::image(std::uint32_t planes, std::uint32_t samples, std::uint32_t wanted) const {
-  Image image = make_rgb_image(grid_.width, grid_.height);
-  for (const char* name : {"albedo.R", "albedo.G", "albedo.B", "normal.X", "normal.Y", "normal.Z", "depth.Z"}) {
-    ensure_channel(image, name);
-  }
-  if (with_cuts_) {
-    ensure_channel(image, "cut.size");
-    ensure_channel(image, "cut.bound");
-  }
+  Image image = make_picture(grid_.width, grid_.height, with_cuts_);
   if (samples < wanted) {
-    auto& weight = ensure_channel(image, "weight").values;
+    auto& weight = mark_incomplete(image).values;
     std::fill(weight.begin(), weight.end(), static_cast<float>(samples) / static_cast<float>(wanted));
-    image.attributes["complete"] = "false";
   }
   const auto radiance = fetch(radiance_);
   const auto albedo = fetch(albedo_sum_), normal = fetch(normal_sum_);
@@ -102,17 +88,13 @@ Image DeviceFilm::image(std::uint32_t planes, std::uint32_t samples, std::uint32
     if (x >= grid_.width || y >= grid_.height) continue;
     const std::size_t pixel =
         static_cast<std::size_t>(y) * static_cast<std::size_t>(grid_.width) + static_cast<std::size_t>(x);
-    const float values[10] = {
-        finite(radiance[slot].x * share), finite(radiance[slot].y * share),
-        finite(radiance[slot].z * share), albedo[slot].x * plane_share,
-        albedo[slot].y * plane_share,     albedo[slot].z * plane_share,
-        normal[slot].x * plane_share,     normal[slot].y * plane_share,
-        normal[slot].z * plane_share,     hits[slot] > 0 ? depth[slot] / static_cast<float>(hits[slot]) : kInfinity};
-    for (std::size_t c = 0; c < 10; ++c) image.channels[c].values[pixel] = values[c];
+    PixelPlanes values{radiance[slot] * share, albedo[slot] * plane_share, normal[slot] * plane_share};
+    if (hits[slot] > 0) values.depth = depth[slot] / static_cast<float>(hits[slot]);
     if (with_cuts_) {
-      image.channels[10].values[pixel] = cut_size[slot] * plane_share;
-      image.channels[11].values[pixel] = cut_bound[slot];
+      values.cut_size = cut_size[slot] * plane_share;
+      values.cut_bound = cut_bound[slot];
     }
+    set_pixel(image, pixel, values, with_cuts_);
   }
   return image;
 }

@@ -23,7 +23,7 @@ class Buffers {
   Buffers(Context& context, std::optional<std::span<const std::byte>> binary)
       : context_(context), binary_(binary), views_(context.array("bufferViews")), buffers_(context.array("buffers")) {}
 
-  /// The view whose index is `reference`. Throws Error{malformed, unsupported, file_missing, out_of_memory}.
+  /// The view whose index is `reference`. Throws Error{malformed, unsupported, file_missing}.
   View view(const JsonValue& reference);
 
  private:

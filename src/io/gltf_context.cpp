@@ -28,7 +28,7 @@ void MemoryBudget::charge(std::uint64_t bytes, const JsonValue& where) {
     where.fail(fmt::format("the file would unpack to more than {} MiB, far more than its own size suggests. Split the "
                            "scene, or export it with less compression.",
                            limit_ >> 20),
-               Code::out_of_memory);
+               Code::unsupported);
   }
   used_ += bytes;
 }

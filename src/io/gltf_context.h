@@ -42,7 +42,7 @@ class MemoryBudget {
  public:
   /// More bytes were read from disk.
   void add_input(std::size_t bytes) { limit_ += bytes * kFactor; }
-  /// Throws Error{out_of_memory} at `where` if `bytes` more are too many.
+  /// Throws Error{unsupported} at `where` if `bytes` more are too many.
   void charge(std::uint64_t bytes, const JsonValue& where);
 
  private:

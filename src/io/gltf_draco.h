@@ -17,7 +17,7 @@ struct DracoPrimitive {
 ///
 /// @param primitive    the mesh's primitive, whose accessors say the component types
 /// @param compression  its extension object
-/// Throws Error{malformed, unsupported, out_of_memory}.
+/// Throws Error{malformed, unsupported}.
 DracoPrimitive decode_draco(const JsonValue& primitive, const JsonValue& compression, Context& context,
                             Buffers& buffers);
 

@@ -38,7 +38,7 @@ void Images::warn(const JsonValue& where, const std::string& why) {
 }
 
 Images::Source Images::open(const JsonValue& image) {
-  Source source{image, image.name(), {}, {}};
+  Source source{image, image.name(), {}, {}, 0};
   if (const JsonValue uri = image.find("uri")) {
     if (source.name.empty()) source.name = uri_name(uri.string());
     source.owned = read_uri(uri, context_.folder);
@@ -48,8 +48,7 @@ Images::Source Images::open(const JsonValue& image) {
     source.bytes = buffers_.view(image.require("bufferView")).bytes;
   }
   if (source.name.empty()) source.name = fmt::format("picture {}", sources_.size());
-  const TextureHeader header = read_texture_header(source.bytes, source.name);
-  context_.budget.charge(header.byte_count(), image);
+  source.decoded_bytes = read_texture_header(source.bytes, source.name).byte_count();
   return source;
 }
 
@@ -66,12 +65,12 @@ std::uint32_t Images::use(const JsonValue& texture) {
   // A scene without one of its pictures is still worth seeing; one that asks for too much memory is not.
   try {
     sources_.push_back(open(image));
-    entry->second = static_cast<std::uint32_t>(sources_.size() - 1);
   } catch (const Error& error) {
-    if (error.code() == Code::out_of_memory) throw;
     warn(image, error.what());
+    return kNone;
   }
-  return entry->second;
+  context_.budget.charge(sources_.back().decoded_bytes, image);
+  return entry->second = static_cast<std::uint32_t>(sources_.size() - 1);
 }
 
 std::vector<TextureImage> Images::decode(std::vector<Material>& materials) {

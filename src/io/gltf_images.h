@@ -28,6 +28,7 @@ class Images {
     std::string name;
     Bytes owned;                       ///< of a uri
     std::span<const std::byte> bytes;  ///< of the buffer view, or `owned`
+    std::size_t decoded_bytes = 0;     ///< that its texels will take
   };
   Source open(const JsonValue& image);
   void warn(const JsonValue& where, const std::string& why);

@@ -13,7 +13,7 @@ namespace lightcuts::gltf {
 /// @param compression  its extension object
 /// @param data         the compressed bytes
 /// @return             count * byteStride bytes
-/// Throws Error{malformed, unsupported, out_of_memory}.
+/// Throws Error{malformed, unsupported}.
 Bytes decode_meshopt(const JsonValue& view, const JsonValue& compression, std::span<const std::byte> data,
                      MemoryBudget& budget);
 

@@ -10,7 +10,7 @@ namespace lightcuts::gltf {
 /// cameras and lights to `scene`.
 ///
 /// A node that is reached twice, or that is its own ancestor, is refused; the depth of the tree is not limited.
-/// Throws Error{malformed, unsupported, file_missing, out_of_memory}.
+/// Throws Error{malformed, unsupported, file_missing}.
 void read_nodes(Context& context, Buffers& buffers, Meshes& meshes, Scene& scene);
 
 }  // namespace lightcuts::gltf

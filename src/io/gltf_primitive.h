@@ -15,7 +15,7 @@ bool has_triangles(const JsonValue& primitive, Context& context);
 
 /// Reads the triangles and the vertex attributes of one primitive, morph targets at the mesh's weights included.
 ///
-/// Texture coordinates are read only where wanted. Throws Error{malformed, unsupported, file_missing, out_of_memory}.
+/// Texture coordinates are read only where wanted. Throws Error{malformed, unsupported, file_missing}.
 void read_geometry(const JsonValue& mesh, const JsonValue& primitive, WantedTexcoords wanted, Context& context,
                    Buffers& buffers, Mesh& out);
 

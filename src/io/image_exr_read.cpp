@@ -139,9 +139,9 @@ void check_sizes(const Imf::Header& header, std::size_t file_size, const std::st
     needed += bytes_per_pixel(header) * tiles.xSize * tiles.ySize;
   }
   if (needed > static_cast<double>(kImageBudget)) {
-    throw Error(Code::out_of_memory, "'" + name + "' would take " +
-                                         std::to_string(static_cast<std::uint64_t>(needed / (1 << 20))) +
-                                         " MiB, more than the limit of 1024 MiB for a picture; make it smaller");
+    throw Error(Code::unsupported, "'" + name + "' would take " +
+                                       std::to_string(static_cast<std::uint64_t>(needed / (1 << 20))) +
+                                       " MiB, more than the limit of 1024 MiB for a picture; make it smaller");
   }
   // No compression of the format reaches this ratio on a picture worth loading; damaged headers do.
   constexpr double kFreeBytes = 64.0 * (1 << 20), kMaxRatio = 2048;

@@ -12,7 +12,8 @@
 
 namespace lightcuts {
 
-/// Memory that a picture's planes may take, however few bytes its file has [bytes].
+/// Memory that a picture's planes may take, however few bytes its file has and however much there is [bytes]. A larger
+/// picture is unsupported: bad input, not a lack of memory.
 inline constexpr std::uint64_t kImageBudget = std::uint64_t{1} << 30;
 
 /// OpenEXR: scan lines, ZIP, every plane as 32-bit float, attributes as strings.
@@ -26,7 +27,7 @@ Image read_exr(std::span<const std::byte> bytes, const std::string& name);
 
 /// Radiance RGBE with run lengths. Throws Error{invalid_argument} without R, G, B (or a grey plane).
 std::string encode_hdr(const Image& image);
-/// Throws Error{malformed, unsupported, out_of_memory}.
+/// Throws Error{malformed, unsupported}.
 Image read_hdr(std::span<const std::byte> bytes, const std::string& name);
 
 /// A whole PNG file. Throws Error{invalid_argument, out_of_memory}.

@@ -123,9 +123,9 @@ class HdrReader {
       throw_malformed(name_, "its header claims far more pixels than its bytes can hold");
     }
     if (pixels * sizeof(Vec3) > static_cast<double>(kImageBudget)) {
-      throw Error(Code::out_of_memory,
-                  "'" + name_ + "' has " + std::to_string(layout.width()) + " x " + std::to_string(layout.height()) +
-                      " pixels, more than fit the limit of 1024 MiB for a picture; make it smaller");
+      throw Error(Code::unsupported, "'" + name_ + "' has " + std::to_string(layout.width()) + " x " +
+                                         std::to_string(layout.height()) +
+                                         " pixels, more than fit the limit of 1024 MiB for a picture; make it smaller");
     }
   }
 

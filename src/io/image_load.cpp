@@ -47,9 +47,9 @@ Image linear_image(const TextureImage& texture) {
 Image read_texture(std::span<const std::byte> bytes, const std::string& name) {
   const TextureHeader header = read_texture_header(bytes, name);
   if (sizeof(float) * 4.0 * header.width * header.height > static_cast<double>(kImageBudget)) {
-    throw Error(Code::out_of_memory, "'" + name + "' has " + std::to_string(header.width) + " x " +
-                                         std::to_string(header.height) +
-                                         " pixels, more than fit the limit of 1024 MiB for a picture; make it smaller");
+    throw Error(Code::unsupported, "'" + name + "' has " + std::to_string(header.width) + " x " +
+                                       std::to_string(header.height) +
+                                       " pixels, more than fit the limit of 1024 MiB for a picture; make it smaller");
   }
   return linear_image(decode_texture(bytes, name));
 }

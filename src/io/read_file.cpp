@@ -21,8 +21,8 @@ std::vector<std::byte> read_file(const std::filesystem::path& path, std::uint64_
                 "'" + path.string() + "' cannot be opened: " + std::generic_category().message(errno));
   }
   const auto too_large = [&] {
-    throw Error(Code::out_of_memory, "'" + path.string() + "' is larger than the " + std::to_string(max_bytes >> 20) +
-                                         " MiB that are read of such a file");
+    throw Error(Code::unsupported, "'" + path.string() + "' is larger than the " + std::to_string(max_bytes >> 20) +
+                                       " MiB that are read of such a file; make it smaller");
   };
   // The size serves as a first guess only: pipes have none, and files change.
   const std::uint64_t expected = std::filesystem::file_size(path, error);

@@ -7,7 +7,7 @@
 
 namespace lightcuts {
 
-/// All bytes of a file. Throws Error{file_missing} if it cannot be opened or is a folder, Error{out_of_memory} if it is
+/// All bytes of a file. Throws Error{file_missing} if it cannot be opened or is a folder, Error{unsupported} if it is
 /// larger than `max_bytes`.
 std::vector<std::byte> read_file(const std::filesystem::path& path, std::uint64_t max_bytes);
 

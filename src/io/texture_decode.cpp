@@ -49,7 +49,7 @@ TextureHeader read_texture_header(std::span<const std::byte> data, const std::st
 TextureImage decode_texture(std::span<const std::byte> data, const std::string& name, std::size_t max_bytes) {
   const TextureHeader header = read_texture_header(data, name);
   if (header.byte_count() > max_bytes) {
-    throw Error(Code::out_of_memory,
+    throw Error(Code::unsupported,
                 fmt::format("{}: the picture's header asks for {} x {} pixels of up to {} bytes, above the limit of {} "
                             "MiB. Scale it down.",
                             name, header.width, header.height, header.channels, max_bytes >> 20));

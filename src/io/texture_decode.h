@@ -34,8 +34,8 @@ TextureHeader read_texture_header(std::span<const std::byte> bytes, const std::s
 /// Decodes a PNG or JPEG (told by content) to 8 bits a channel, as stored: no gamma or profile is applied.
 ///
 /// Palettes become RGB or RGBA, 16 bits are rounded to 8, one to four bits of grey are spread to 0..255, and CMYK
-/// becomes RGB. Throws Error{malformed} for broken or cut data, Error{unsupported} above 65535 pixels a side,
-/// Error{out_of_memory} where the header alone asks for more than `max_bytes`.
+/// becomes RGB. Throws Error{malformed} for broken or cut data, Error{unsupported} above 65535 pixels a side or
+/// where the header alone asks for more than `max_bytes`.
 TextureImage decode_texture(std::span<const std::byte> bytes, const std::string& name,
                             std::size_t max_bytes = kMaxTextureBytes);
 

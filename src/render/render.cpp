@@ -4,15 +4,16 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <utility>
 
+#include "backend/picture_planes.h"
 #include "lightcuts/error.h"
 #include "render/check_options.h"
 #include "render/make_backend.h"
 #include "render/memory.h"
 #include "render/memory_plan.h"
+#include "render/stopwatch.h"
 
 namespace lightcuts {
 namespace {
@@ -38,17 +39,6 @@ Size choose_size(const Scene& scene, const Camera& camera, const RenderOptions& 
   return {side(std::sqrt(kDefaultPixels * aspect)), side(std::sqrt(kDefaultPixels / aspect))};
 }
 
-/// Milliseconds since it was made.
-class Stopwatch {
- public:
-  [[nodiscard]] double ms() const {
-    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start_).count();
-  }
-
- private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
-
 template <class Stage>
 double timed(Stage stage) {
   const Stopwatch watch;
@@ -68,8 +58,7 @@ std::uint64_t count_emitting_triangles(const Scene& scene) {
 /// What an interrupted render returns that never came to its pixels.
 Image empty_picture(Size size) {
   Image image = make_rgb_image(size.width, size.height);
-  ensure_channel(image, "weight");
-  image.attributes["complete"] = "false";
+  mark_incomplete(image);
   return image;
 }
 

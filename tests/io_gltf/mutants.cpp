@@ -7,6 +7,7 @@
 
 #include "corpus.h"
 #include "gltf_builder.h"
+#include "support/damage.h"
 
 namespace lightcuts {
 namespace {
@@ -161,6 +162,7 @@ TEST(Mutants, LoadOrAreRefused) {
         break;
     }
     const auto path = testing::write_file(file.starts_with("glTF") ? "mutant.glb" : "mutant.gltf", file);
+    const test::ModestReading reading;
     const auto outcome = testing::try_load(path);
     testing::show(path, outcome);
     if (!outcome.loaded) {

@@ -5,9 +5,10 @@
 #include <cmath>
 #include <limits>
 
-#include "io_image/errors.h"
-#include "io_image/temporary_folder.h"
 #include "lightcuts/io.h"
+#include "support/expect_error.h"
+#include "support/shared_scenes.h"
+#include "support/temporary_folder.h"
 
 namespace lightcuts {
 namespace {
@@ -16,7 +17,7 @@ namespace fs = std::filesystem;
 using testing::ElementsAre;
 using testing::FloatNear;
 
-fs::path shared(const std::string& name) { return fs::path(LC_SHARED_SCENES) / name; }
+fs::path shared(const std::string& name) { return test::shared_scenes() / name; }
 
 std::vector<std::string> channel_names(const Image& image) {
   std::vector<std::string> names;
@@ -181,11 +182,8 @@ TEST(LoadImage, IsToldByContentNotByEnding) {
   expect_error(Code::file_missing, "folder", [&] { load_image(folder.path()); });
 }
 
-#define SKIP_WITHOUT_SHARED_SCENES() \
-  if (!fs::exists(LC_SHARED_SCENES)) GTEST_SKIP() << "the shared scenes are not beside this checkout"
-
 TEST(SharedImages, AllOpen) {
-  SKIP_WITHOUT_SHARED_SCENES();
+  LC_SKIP_WITHOUT_SHARED_SCENES();
   int count = 0;
   for (const char* folder : {"image", "env"}) {
     for (const auto& entry : fs::recursive_directory_iterator(shared(folder))) {

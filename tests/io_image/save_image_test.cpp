@@ -6,9 +6,9 @@
 
 #include <csignal>
 
-#include "io_image/errors.h"
-#include "io_image/temporary_folder.h"
 #include "lightcuts/io.h"
+#include "support/expect_error.h"
+#include "support/temporary_folder.h"
 
 namespace lightcuts {
 namespace {

@@ -7,8 +7,9 @@
 #include <cmath>
 #include <map>
 
-#include "io_image/errors.h"
-#include "io_image/temporary_folder.h"
+#include "support/expect_error.h"
+#include "support/shared_scenes.h"
+#include "support/temporary_folder.h"
 
 namespace lightcuts {
 namespace {
@@ -17,9 +18,6 @@ namespace fs = std::filesystem;
 using testing::Contains;
 using testing::HasSubstr;
 using testing::IsEmpty;
-
-#define SKIP_WITHOUT_SHARED_SCENES() \
-  if (!fs::exists(LC_SHARED_SCENES)) GTEST_SKIP() << "the shared scenes are not beside this checkout"
 
 /// Writes `text` as an OBJ file, `mtl` as a.mtl beside it, and opens it.
 LoadedScene load_text(const std::string& text, const std::string& mtl = "") {
@@ -279,15 +277,14 @@ TEST(Obj, WhatIsNoSceneIsRefused) {
 }
 
 TEST(SharedObj, AllOpen) {
-  SKIP_WITHOUT_SHARED_SCENES();
+  LC_SKIP_WITHOUT_SHARED_SCENES();
   int count = 0;
   for (const char* folder : {"obj", "rooms"}) {
-    for (const auto& entry : fs::recursive_directory_iterator(fs::path(LC_SHARED_SCENES) / folder)) {
-      if (entry.path().extension() != ".obj") continue;
-      SCOPED_TRACE(entry.path());
+    for (const fs::path& path : test::files_below(test::shared_scenes() / folder, {".obj"})) {
+      SCOPED_TRACE(path);
       ++count;
       try {
-        LoadedScene loaded = load_obj(entry.path());
+        LoadedScene loaded = load_obj(path);
         validate(loaded.scene);
       } catch (const Error& e) {
         ADD_FAILURE() << e.what();
@@ -298,9 +295,9 @@ TEST(SharedObj, AllOpen) {
 }
 
 TEST(SharedObj, SpecialOnesHaveTheExpectedTriangles) {
-  SKIP_WITHOUT_SHARED_SCENES();
+  LC_SKIP_WITHOUT_SHARED_SCENES();
   const auto load = [](const std::string& name) {
-    LoadedScene loaded = load_obj(fs::path(LC_SHARED_SCENES) / "obj" / name);
+    LoadedScene loaded = load_obj(test::shared_scenes() / "obj" / name);
     validate(loaded.scene);
     return loaded;
   };

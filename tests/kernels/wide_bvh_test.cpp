@@ -5,6 +5,7 @@
 #include <random>
 
 #include "kernels/serial_executor.h"
+#include "oracle/brute_force.h"
 
 namespace lightcuts {
 namespace {
@@ -81,23 +82,14 @@ Hit brute_force(const SmallScene& scene, const Ray& ray) {
     const InstanceView& instance = scene.instances[i];
     const MeshView& mesh = scene.meshes[instance.mesh];
     for (std::uint32_t t = 0; t < mesh.triangle_count; ++t) {
-      using D = Vec3T<double>;
       const auto corner = [&](int k) {
-        const Vec3 p = transform_point(instance.world_from_object, mesh.positions[mesh.triangles[t][k]]);
-        return D{p.x, p.y, p.z};
+        return oracle::wide(transform_point(instance.world_from_object, mesh.positions[mesh.triangles[t][k]]));
       };
-      const D o{ray.origin.x, ray.origin.y, ray.origin.z}, d{ray.direction.x, ray.direction.y, ray.direction.z};
-      const D p0 = corner(0), e1 = corner(1) - p0, e2 = corner(2) - p0;
-      const D pv = cross(d, e2);
-      const double det = dot(e1, pv);
-      if (det == 0) continue;
-      const D tv = o - p0;
-      const double u = dot(tv, pv) / det;
-      const D qv = cross(tv, e1);
-      const double v = dot(d, qv) / det, hit_t = dot(e2, qv) / det;
-      if (u < 0 || v < 0 || u + v > 1 || hit_t < ray.t_min || hit_t >= best_t) continue;
-      best_t = hit_t;
-      best = {static_cast<float>(hit_t), static_cast<float>(u), static_cast<float>(v), i, t};
+      const oracle::Meeting met =
+          oracle::meet(oracle::wide(ray.origin), oracle::wide(ray.direction), corner(0), corner(1), corner(2));
+      if (!met.inside || met.t < ray.t_min || met.t >= best_t) continue;
+      best_t = met.t;
+      best = {static_cast<float>(met.t), static_cast<float>(met.u), static_cast<float>(met.v), i, t};
     }
   }
   return best;

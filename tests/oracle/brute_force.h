@@ -48,6 +48,20 @@ inline double nearest_alpha(const Scene& scene, const Mesh& mesh, const std::arr
          255.0;
 }
 
+/// Where a line meets the plane of a triangle, by the corners' barycentric weights; `inside` where that is in it.
+struct Meeting {
+  double t = 0, u = 0, v = 0;
+  bool inside = false;
+};
+inline Meeting meet(D3 origin, D3 direction, D3 p0, D3 p1, D3 p2) {
+  const D3 e1 = p1 - p0, e2 = p2 - p0, p = outer(direction, e2);
+  const double det = inner(e1, p);
+  if (det == 0) return {};
+  const D3 s = origin - p0, q = outer(s, e1);
+  const double u = inner(s, p) / det, v = inner(direction, q) / det;
+  return {inner(e2, q) / det, u, v, u >= 0 && v >= 0 && u + v <= 1};
+}
+
 /// The first triangle that a ray meets beyond t = 0.
 inline Found intersect(const Scene& scene, Vec3 origin, Vec3 direction) {
   Found best;
@@ -57,16 +71,9 @@ inline Found intersect(const Scene& scene, Vec3 origin, Vec3 direction) {
     const Affine& m = scene.instances[i].world_from_object;
     for (std::uint32_t k = 0; k < mesh.triangles.size(); ++k) {
       const auto& corner = mesh.triangles[k];
-      const D3 p0 = placed(m, mesh.positions[corner[0]]);
-      const D3 e1 = placed(m, mesh.positions[corner[1]]) - p0, e2 = placed(m, mesh.positions[corner[2]]) - p0;
-      const D3 p = outer(d, e2);
-      const double det = inner(e1, p);
-      if (det == 0) continue;
-      const D3 s = o - p0;
-      const double u = inner(s, p) / det;
-      const D3 q = outer(s, e1);
-      const double v = inner(d, q) / det, t = inner(e2, q) / det;
-      if (u < 0 || v < 0 || u + v > 1 || t <= 0 || t >= best.t) continue;
+      const auto [t, u, v, inside] = meet(o, d, placed(m, mesh.positions[corner[0]]),
+                                          placed(m, mesh.positions[corner[1]]), placed(m, mesh.positions[corner[2]]));
+      if (!inside || t <= 0 || t >= best.t) continue;
       const Material& material = scene.materials[mesh.material];
       if (material.alpha_mode == AlphaMode::mask && nearest_alpha(scene, mesh, corner, u, v) < material.alpha_cutoff) {
         continue;

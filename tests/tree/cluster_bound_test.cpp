@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
+#include "clusters.h"
 #include "kernels/light_cluster.h"
-#include "light_samples.h"
 #include "oracle/cluster_terms.h"
 
 namespace lightcuts {
@@ -46,20 +46,11 @@ Case random_case(test::LightSamples& samples) {
   return c;
 }
 
-LightCluster cluster_of(const std::vector<Vpl>& lights) {
-  LightCluster sum;
-  for (std::size_t i = 0; i < lights.size(); ++i) {
-    const LightCluster one{{lights[i].position, lights[i].position}, {lights[i].axis, 1}, {}, {}, 0};
-    sum = i == 0 ? one : unite(sum, one);
-  }
-  return sum;
-}
-
 TEST(ClusterBound, IsNeverBelowAnyVplOfTheCluster) {
   test::LightSamples samples(11);
   for (int round = 0; round < 200000; ++round) {
     const Case c = random_case(samples);
-    const LightCluster cluster = cluster_of(c.lights);
+    const LightCluster cluster = test::cluster_of(c.lights);
     const float bound = vpl_bound<float>({c.position, c.normal}, cluster.box, cluster.cone, c.clamp * c.clamp);
     ASSERT_TRUE(std::isfinite(bound)) << "round " << round;
     const LitPoint<double> exact{{c.position.x, c.position.y, c.position.z}, {c.normal.x, c.normal.y, c.normal.z}};
@@ -77,20 +68,8 @@ TEST(ClusterBound, IsNeverBelowAnyPointOrSpotLight) {
   test::LightSamples samples(12);
   for (int round = 0; round < 100000; ++round) {
     const Case c = random_case(samples);
-    std::vector<PointLight> lights;
-    LightCluster cluster;
-    for (const Vpl& vpl : c.lights) {
-      PointLight light{vpl.position, {1, 1, 1}, vpl.axis, -1, -2};
-      if (round % 8 != 0) {
-        light.cos_outer = samples.uniform(-1, 0.999f);
-        light.cos_inner = samples.uniform(light.cos_outer, 1);
-        if (!(light.cos_inner > light.cos_outer)) light.cos_inner = 1;
-      }
-      const float lit = light.cos_outer >= -1 ? light.cos_outer : -1.0f;
-      const LightCluster one{{light.position, light.position}, {light.axis, lit}, {}, {}, 0};
-      cluster = lights.empty() ? one : unite(cluster, one);
-      lights.push_back(light);
-    }
+    const std::vector<PointLight> lights = test::lamps_at(c.lights, round % 8 != 0, samples);
+    const LightCluster cluster = test::cluster_of(lights);
     const float bound = point_bound<float>({c.position, c.normal}, cluster.box, cluster.cone, c.clamp * c.clamp);
     for (const PointLight& light : lights)
       ASSERT_GE(bound, oracle::point_term(c.position, c.normal, light, c.clamp)) << "round " << round;

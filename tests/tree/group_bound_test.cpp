@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "light_samples.h"
+#include "clusters.h"
 #include "oracle/cluster_terms.h"
 
 namespace lightcuts {
@@ -75,15 +75,6 @@ Case random_case(test::LightSamples& samples) {
   return c;
 }
 
-LightCluster cluster_of(const std::vector<Vpl>& lights) {
-  LightCluster sum;
-  for (std::size_t i = 0; i < lights.size(); ++i) {
-    const LightCluster one{{lights[i].position, lights[i].position}, {lights[i].axis, 1}, {}, {}, 0};
-    sum = i == 0 ? one : unite(sum, one);
-  }
-  return sum;
-}
-
 template <class T>
 ReceiverGroup<T> group_of(const std::vector<Point>& points) {
   Box box;
@@ -119,7 +110,7 @@ TEST(GroupBound, IsNeverBelowAnyVplAtAnyReceiver) {
   int tight = 0;
   for (int round = 0; round < 150000; ++round) {
     const Case c = random_case(samples);
-    const LightCluster cluster = cluster_of(c.lights);
+    const LightCluster cluster = test::cluster_of(c.lights);
     const float bound = group_vpl_bound(group_of<float>(c.points), bounds_of<float>(cluster), c.clamp * c.clamp);
     const double in_double =
         group_vpl_bound(group_of<double>(c.points), bounds_of<double>(cluster), static_cast<double>(c.clamp) * c.clamp);
@@ -141,7 +132,7 @@ TEST(GroupBound, OfOneReceiverIsThatOfThePoint) {
   for (int round = 0; round < 50000; ++round) {
     Case c = random_case(samples);
     c.points.resize(1);
-    const LightCluster cluster = cluster_of(c.lights);
+    const LightCluster cluster = test::cluster_of(c.lights);
     const float group = group_vpl_bound(group_of<float>(c.points), bounds_of<float>(cluster), c.clamp * c.clamp);
     const float point =
         vpl_bound<float>({c.points[0].position, c.points[0].normal}, cluster.box, cluster.cone, c.clamp * c.clamp);
@@ -153,20 +144,8 @@ TEST(GroupBound, IsNeverBelowAnyPointOrSpotLight) {
   test::LightSamples samples(23);
   for (int round = 0; round < 30000; ++round) {
     const Case c = random_case(samples);
-    std::vector<PointLight> lights;
-    LightCluster cluster;
-    for (const Vpl& vpl : c.lights) {
-      PointLight light{vpl.position, {1, 1, 1}, vpl.axis, -1, -2};
-      if (round % 8 != 0) {
-        light.cos_outer = samples.uniform(-1, 0.999f);
-        light.cos_inner = samples.uniform(light.cos_outer, 1);
-        if (!(light.cos_inner > light.cos_outer)) light.cos_inner = 1;
-      }
-      const float lit = light.cos_outer >= -1 ? light.cos_outer : -1.0f;
-      const LightCluster one{{light.position, light.position}, {light.axis, lit}, {}, {}, 0};
-      cluster = lights.empty() ? one : unite(cluster, one);
-      lights.push_back(light);
-    }
+    const std::vector<PointLight> lights = test::lamps_at(c.lights, round % 8 != 0, samples);
+    const LightCluster cluster = test::cluster_of(lights);
     const float bound = group_point_bound(group_of<float>(c.points), bounds_of<float>(cluster), c.clamp * c.clamp);
     for (const PointLight& light : lights) {
       for (const Point& p : c.points)

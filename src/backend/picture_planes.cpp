@@ -1,7 +1,10 @@
 #include "backend/picture_planes.h"
 
+#include <tbb/parallel_for_each.h>
+
 #include <algorithm>
 #include <cmath>
+#include <string_view>
 
 namespace lightcuts {
 namespace {
@@ -16,14 +19,16 @@ float finite(double v) {
 }  // namespace
 
 Image make_picture(int width, int height, bool with_cuts) {
-  Image picture = make_rgb_image(width, height);
-  for (const char* name : {"albedo.R", "albedo.G", "albedo.B", "normal.X", "normal.Y", "normal.Z", "depth.Z"}) {
-    ensure_channel(picture, name);
+  if (width < 1 || height < 1) return make_rgb_image(width, height);  // throws
+  Image picture;
+  picture.width = width;
+  picture.height = height;
+  for (const char* name : {"R", "G", "B", "albedo.R", "albedo.G", "albedo.B", "normal.X", "normal.Y", "normal.Z",
+                           "depth.Z", "cut.size", "cut.bound"}) {
+    if (with_cuts || std::string_view(name).substr(0, 4) != "cut.") picture.channels.push_back({name, {}});
   }
-  if (with_cuts) {
-    ensure_channel(picture, "cut.size");
-    ensure_channel(picture, "cut.bound");
-  }
+  // Fresh memory costs more than all that is written to it: several threads share it.
+  tbb::parallel_for_each(picture.channels, [&](Channel& channel) { channel.values.resize(picture.pixel_count()); });
   return picture;
 }
 

@@ -174,7 +174,8 @@ ShadeResult CpuBackend::shade(const Camera& camera, int width, int height, const
         counts.cuts == 0 ? 0 : static_cast<double>(counts.cuts_at_limit) / static_cast<double>(counts.cuts);
     statistics.cut.lights_used = marks.count();
   }
-  ShadeResult result{film.image(film_samples), true};
+  ShadeResult result;
+  arena_.execute([&] { result.image = film.image(film_samples); });
   result.complete = find_channel(result.image, "weight") == nullptr;
   return result;
 }

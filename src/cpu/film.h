@@ -1,9 +1,10 @@
 #pragma once
 
 #include <cstdint>
-#include <vector>
 
+#include "backend/picture_planes.h"
 #include "cpu/tile.h"
+#include "cpu/zeroed_array.h"
 #include "lightcuts/image.h"
 
 namespace lightcuts {
@@ -25,7 +26,8 @@ class Film {
 
   /// The picture: R G B, albedo.*, normal.* (means over the samples), depth.Z (mean over the samples that hit, infinite
   /// where none did), cut.size (mean) and cut.bound (largest). Where a pixel has fewer samples than `sample_count`, there is a plane `weight` with the share of
-  /// them and the attribute complete = "false"; pixels without any are zero.
+  /// them and the attribute complete = "false"; pixels without any are zero. Works with the threads of
+  /// the caller's arena.
   [[nodiscard]] Image image(std::uint32_t sample_count) const;
 
   /// Bytes that a film and its picture take for each pixel.
@@ -40,9 +42,12 @@ class Film {
     float cut_size = 0, cut_bound = 0;
   };
 
+  [[nodiscard]] bool has_all_samples(std::uint32_t sample_count) const;
+  static PixelPlanes mean_of(const Pixel& pixel);
+
   int width_, height_;
   bool with_cuts_;
-  std::vector<Pixel> pixels_;
+  ZeroedArray<Pixel> pixels_;
 };
 
 }  // namespace lightcuts

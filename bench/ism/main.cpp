@@ -1,5 +1,5 @@
 // What imperfect shadow maps are worth: agreement with rays by map size and points, and what a map costs in rays.
-// Usage: bench_ism [agreement|speed|scaling] SCENE...   (a name of a built-in scene, or a file)
+// Usage: bench_ism [agreement|lit|speed|scaling] SCENE...   (a name of a built-in scene, or a file)
 //        bench_ism map SCENE LIGHT OUT.png        (a map before and after pull-push, in false colour)
 
 #include <fmt/format.h>
@@ -17,6 +17,7 @@
 #include "cpu/vpl_tracer.h"
 #include "lightcuts/image.h"
 #include "lightcuts/io.h"
+#include "oracle/lit_surfaces.h"
 #include "oracle/shadow_map_agreement.h"
 
 namespace lightcuts {
@@ -145,6 +146,24 @@ void scaling(const Bench& bench) {
   for (const std::size_t step : {400u, 25u, 6u}) row(64, 8000, step);
 }
 
+/// How much of the light arrives at places that it reaches with no shadow's edge near, in %.
+void lit(const Bench& bench) {
+  for (const int size : {16, 32, 64, 128, 256}) {
+    for (const std::uint32_t points : {8000u, 64000u}) {
+      const SurfacePoints surface(bench.cpu_scene->view(), {points});
+      ShadowMapOptions options;
+      options.size = size;
+      ShadowMapSet maps(ism_kernels(selected_isa()), surface, bench.lights, options);
+      maps.add(every_light(bench.lights, 0, 40));
+      const oracle::LitSurfaces l =
+          oracle::measure_lit_surfaces(maps, bench.lights, *bench.cpu_scene, *bench.tracer, 40, 60, true);
+      fmt::print("| {} | {} | {} | {:.2f} | {:.2f} | {:.2f} |\n", bench.name, size, points, 100 * l.lit_share(),
+                 100 * l.acne(), 100 * l.exact_share());
+      std::fflush(stdout);
+    }
+  }
+}
+
 /// Draws one VPL's map of 128x128 texels from 1000 points three times, enlarged: as drawn, its holes filled by the study's
 /// mean, and by surfaces kept apart; 2 coarser levels. Nearer is darker; texels with nothing are grey.
 void picture(const Bench& bench, std::uint32_t light, const char* path) {
@@ -180,7 +199,7 @@ int main(int argc, char** argv) {
   using namespace lightcuts;
   try {
     if (argc < 3) {
-      std::fputs("usage: bench_ism agreement|speed|scaling SCENE... | map SCENE LIGHT OUT.png\n", stderr);
+      std::fputs("usage: bench_ism agreement|lit|speed|scaling SCENE... | map SCENE LIGHT OUT.png\n", stderr);
       return 2;
     }
     if (std::strcmp(argv[1], "map") == 0 && argc == 5) {
@@ -189,6 +208,13 @@ int main(int argc, char** argv) {
     }
     if (std::strcmp(argv[1], "scaling") == 0) {
       for (int i = 2; i < argc; ++i) scaling(Bench(argv[i]));
+      return 0;
+    }
+    if (std::strcmp(argv[1], "lit") == 0) {
+      fmt::print(
+          "| scene | texels | points | lit % | shadowed by itself % | lit by exact depths % "
+          "|\n|---|---|---|---|---|---|\n");
+      for (int i = 2; i < argc; ++i) lit(Bench(argv[i]));
       return 0;
     }
     const bool rows = std::strcmp(argv[1], "agreement") == 0;

@@ -11,8 +11,6 @@ namespace {
 constexpr float kSmoothCosine = 0.866f;
 /// Sine from which on a neighbour rises over the triangle's plane.
 constexpr float kHollowSine = 0.01f;
-/// Triangles that bend by less than 0.8 degrees are one flat face.
-constexpr float kFlatCosine = 0.9999f;
 
 bool comes_before(Vec3 a, Vec3 b) {
   if (a.x != b.x) return a.x < b.x;
@@ -84,14 +82,14 @@ Vec3 front_of(const MeshView& mesh, std::uint32_t triangle) {
 /// What a neighbour does to an edge.
 struct Bend {
   std::uint32_t softens;  ///< bit 0: not hard as seen from the front, bit 1: from the back
-  bool flat;
+  float straight;         ///< cosine of the bend
 };
 Bend bend_of(const MeshView& mesh, const EdgeUse& use, const EdgeUse& neighbour) {
   const Vec3 inward = away_from_edge(mesh, use), beyond = away_from_edge(mesh, neighbour);
   const float straight = -dot(inward, beyond);
-  if (straight >= kSmoothCosine) return {3, straight >= kFlatCosine};
+  if (straight >= kSmoothCosine) return {3, straight};
   const float rise = dot(front_of(mesh, use.triangle), beyond);
-  return {(rise > kHollowSine ? 1u : 0u) | (rise < -kHollowSine ? 2u : 0u), false};
+  return {(rise > kHollowSine ? 1u : 0u) | (rise < -kHollowSine ? 2u : 0u), straight};
 }
 
 }  // namespace
@@ -106,14 +104,20 @@ MeshEdges hard_edges(const MeshView& mesh) {
     for (end = begin; end < uses.size() && uses[end].key == uses[begin].key;) ++end;
     const std::size_t looked_at = std::min(end, begin + most_neighbours);
     for (std::size_t i = begin; i < end; ++i) {
-      std::uint32_t soft = 0;
+      std::uint32_t soft = 0, others = 0;
+      float straightest = kSmoothCosine;
       for (std::size_t j = begin; j < looked_at; ++j) {
         if (uses[j].triangle == uses[i].triangle) continue;
         const Bend bend = bend_of(mesh, uses[i], uses[j]);
         soft |= bend.softens;
-        if (bend.flat) edges.flat[uses[i].triangle][uses[i].edge] = uses[j].triangle;
+        ++others;
+        if (bend.straight >= straightest) {
+          straightest = bend.straight;
+          edges.next[uses[i].triangle][uses[i].edge] = uses[j].triangle;
+        }
       }
       std::uint8_t& bits = edges.hard[uses[i].triangle];
+      if (others == 0) bits |= kOpenEdge;
       if ((soft & 1u) == 0) bits = static_cast<std::uint8_t>(bits | 1u << uses[i].edge);
       if ((soft & 2u) == 0) bits = static_cast<std::uint8_t>(bits | 8u << uses[i].edge);
     }

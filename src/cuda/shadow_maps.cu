@@ -253,8 +253,8 @@ __device__ void draw_points(const DrawParams& p, const MapView& view, std::uint3
     if (map_sees<Paraboloid>(view, local, p.points.largest)) {
       const float4 b = __ldg(words + 1);
       shape = __float_as_uint(a.w);
-      if (shape == 1) radius = p.points.small;
-      disc = project_disc<Paraboloid>(view, local, Vec3{b.x, b.y, b.z}, radius, p.size);
+      if (shape != 0) radius = __ldg(&p.points.shapes[shape].radius);
+      disc = project_disc<Paraboloid>(view, local, Vec3{b.x, b.y, b.z}, radius, b.w, p.size);
       runs = runs_of(disc);
     }
   }

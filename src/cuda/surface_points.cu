@@ -137,7 +137,7 @@ struct LayOut {
   __device__ void operator()(std::uint32_t i) const {
     DiscFace face;
     const DiscKind kind = make.kind(i, face);
-    points[i] = {make.drawn[i].position, static_cast<std::uint32_t>(kind), make.drawn[i].normal, 0};
+    points[i] = {make.drawn[i].position, static_cast<std::uint32_t>(kind), make.drawn[i].normal, face.sink};
     if (kind == DiscKind::cut) marks[make.triangle(i)] = 1;
   }
 };
@@ -172,13 +172,13 @@ struct WriteShapes {
 
 DeviceEdges::DeviceEdges(Device& device, const SceneView& host) {
   std::vector<std::uint8_t> hard;
-  std::vector<std::uint32_t> flat;
+  std::vector<std::uint32_t> next;
   std::vector<std::size_t> begin;
   for (std::uint32_t m = 0; m < host.mesh_count; ++m) {
     const MeshEdges edges = hard_edges(host.meshes[m]);
     begin.push_back(hard.size());
     hard.insert(hard.end(), edges.hard.begin(), edges.hard.end());
-    for (const auto& three : edges.flat) flat.insert(flat.end(), three.begin(), three.end());
+    for (const auto& three : edges.next) next.insert(next.end(), three.begin(), three.end());
   }
   std::vector<std::uint32_t> instance_begin{0};
   for (std::uint32_t i = 0; i < host.instance_count; ++i) {
@@ -186,13 +186,13 @@ DeviceEdges::DeviceEdges(Device& device, const SceneView& host) {
   }
   triangle_count_ = instance_begin.back();
   hard_ = DeviceBuffer<std::uint8_t>(device, hard.size());
-  flat_ = DeviceBuffer<std::uint32_t>(device, flat.size());
+  next_ = DeviceBuffer<std::uint32_t>(device, next.size());
   std::vector<MeshEdgesView> views;
-  for (const std::size_t first : begin) views.push_back({hard_.data() + first, flat_.data() + 3 * first});
+  for (const std::size_t first : begin) views.push_back({hard_.data() + first, next_.data() + 3 * first});
   instance_begin_ = DeviceBuffer<std::uint32_t>(device, instance_begin.size());
   views_ = DeviceBuffer<MeshEdgesView>(device, views.size());
   hard_.upload(hard.data(), hard.size());
-  flat_.upload(flat.data(), flat.size());
+  next_.upload(next.data(), next.size());
   instance_begin_.upload(instance_begin.data(), instance_begin.size());
   views_.upload(views.data(), views.size());
   device.synchronize();  // the host copies above end here

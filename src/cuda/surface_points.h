@@ -13,7 +13,7 @@ struct alignas(16) SurfacePoint {
   Vec3 position;        ///< [m]
   std::uint32_t shape;  ///< entry of the table of shapes
   Vec3 normal;          ///< unit, either side
-  float unused;
+  float sink;           ///< how far the disc lies behind the surface [m]
 };
 
 /// Points on all surfaces in a device's memory.
@@ -40,7 +40,7 @@ class DeviceEdges {
 
  private:
   DeviceBuffer<std::uint8_t> hard_;
-  DeviceBuffer<std::uint32_t> flat_, instance_begin_;
+  DeviceBuffer<std::uint32_t> next_, instance_begin_;
   DeviceBuffer<MeshEdgesView> views_;
   std::uint32_t triangle_count_ = 0;
 };

@@ -73,12 +73,16 @@ LC_KERNEL bool map_sees(const MapView& view, Vec3 local, float largest) {
 
 /// The disc of a point that the map sees.
 /// @param radius  of this disc [m]
+/// @param sink    how far it lies behind the surface, as seen from the light [m]
 template <bool Paraboloid>
-LC_KERNEL ProjectedDisc project_disc(const MapView& view, Vec3 local, Vec3 normal, float radius, int size) {
+LC_KERNEL ProjectedDisc project_disc(const MapView& view, Vec3 local, Vec3 normal, float radius, float sink, int size) {
   ProjectedDisc disc;
-  disc.local = local;
   disc.normal = to_local_vector(view.frame, normal);
   disc.plane = dot(local, disc.normal);
+  const float deeper = disc.plane < 0 ? -sink : sink;
+  local = local + disc.normal * deeper;
+  disc.plane = disc.plane + deeper;
+  disc.local = local;
   const float half = 0.5f * static_cast<float>(size), distance_sq = dot(local, local);
   if (Paraboloid && distance_sq > (radius / kSmallDisc) * (radius / kSmallDisc) && local.z > 0) {
     const MapBox<float> box = paraboloid_box(local, disc.normal, square_root(distance_sq), radius);

@@ -143,47 +143,160 @@ LC_KERNEL float point_radius(double area, std::uint32_t per_map) {
 /// See MeshEdges in backend/hard_edges.h.
 struct MeshEdgesView {
   const std::uint8_t* hard = nullptr;   ///< a byte a triangle
-  const std::uint32_t* flat = nullptr;  ///< three neighbours a triangle
+  const std::uint32_t* next = nullptr;  ///< three neighbours a triangle
 };
 
-/// A triangle and those that go on from it in its plane, as far as discs are cut by their edges.
+/// Bit of MeshEdges::hard: an edge has no neighbour at all.
+inline constexpr std::uint8_t kOpenEdge = 64;
+
+/// Triangles that bend by less than 0.8 degrees are one flat face.
+inline constexpr float kFlatCosine = 0.9999f;
+
+/// A disc reaches over a curved surface until that has fallen below its plane by this share of the way: by a half of the
+/// radius of curvature.
+inline constexpr float kSteepest = 0.25f;
+/// The same for discs of triangles that are as wide as the disc: their neighbours have points enough of their own.
+inline constexpr float kSteepestFromWide = 0.05f;
+/// What turns away from the disc by more than this cosine is another side of the body.
+inline constexpr float kSameSide = 0.6f;
+/// Triangles that a walk over the surface crosses at most: where they are finer, the disc is taken to be whole.
+inline constexpr int kMostSteps = 32;
+
+/// The part of a surface that stands for a point of one of its triangles: the triangle and those that go on from it in its
+/// plane, as far as discs are cut by their edges, and what curvature leaves of a disc.
 struct DiscFace {
   DiscShape shape;
   int edge_count = 0;
   float area = 0;
+  float sink = 0;     ///< how far the disc lies behind the surface [m]
+  bool open = false;  ///< some edge has no neighbour
 };
 
-LC_KERNEL bool has_hard_edge(const MeshEdgesView& edges, std::uint32_t triangle) {
-  if (edges.hard[triangle] != 0) return true;
-  for (int e = 0; e < 3; ++e) {
-    // A mesh that has triangles has their neighbours. NOLINTNEXTLINE(clang-analyzer-core.NullDereference)
-    const std::uint32_t next = edges.flat[3 * std::size_t{triangle} + static_cast<std::size_t>(e)];
-    if (next != kNone && edges.hard[next] != 0) return true;
-  }
-  return false;
+LC_KERNEL void add_edge(DiscFace& face, Vec3 inward, float offset) {
+  if (face.edge_count == kDiscEdges) return;
+  face.shape.inward[face.edge_count] = inward;
+  face.shape.offset[face.edge_count++] = offset;
+}
+
+/// A triangle as seen from one of its edges: `inward` unit in its plane, `height` of the corner that faces the edge [m].
+struct EdgeFrame {
+  Vec3 start, along, inward;
+  float height = 0;
+};
+LC_KERNEL EdgeFrame edge_frame(Vec3 a, Vec3 b, Vec3 corner) {
+  const Vec3 along = b - a, to = corner - a;
+  const Vec3 away = to - along * (dot(to, along) / length_sq(along));
+  const float height = length(away);
+  return {a, along, height > 0 ? away / height : Vec3{}, height > 0 ? height : 0};
+}
+LC_KERNEL EdgeFrame edge_frame(const TriangleGeometry& g, int edge) {
+  const Vec3 corner[3] = {g.p0, g.p0 + g.e1, g.p0 + g.e2};
+  return edge_frame(corner[edge], corner[(edge + 1) % 3], corner[(edge + 2) % 3]);
 }
 
 /// Adds the hard edges of a triangle of the face. Where the face is not convex, the line of a neighbour's edge may run
 /// through the point's own triangle: that one cuts nothing.
 LC_KERNEL void add_hard_edges(const TriangleGeometry& g, std::uint32_t hard, const TriangleGeometry& own,
                               DiscFace& face) {
-  const Vec3 corner[3] = {g.p0, g.p0 + g.e1, g.p0 + g.e2};
-  for (int e = 0; e < 3 && face.edge_count < kDiscEdges; ++e) {
+  for (int e = 0; e < 3; ++e) {
     if ((hard >> e & 1u) == 0) continue;
-    const Vec3 a = corner[e], along = corner[(e + 1) % 3] - a, to = corner[(e + 2) % 3] - a;
-    const Vec3 away = to - along * (dot(to, along) / length_sq(along));
-    const float len = length(away);
-    if (!(len > 0)) continue;
-    const Vec3 inward = away / len;
-    const float slack = 1e-3f * len;
+    const EdgeFrame edge = edge_frame(g, e);
+    if (!(edge.height > 0)) continue;
+    const Vec3 a = edge.start, inward = edge.inward;
+    const float slack = 1e-3f * edge.height;
     const float own_least =
         min_of(dot(own.p0 - a, inward), min_of(dot(own.p0 + own.e1 - a, inward), dot(own.p0 + own.e2 - a, inward)));
     if (own_least < -slack) continue;
-    face.shape.inward[face.edge_count] = inward;
-    face.shape.offset[face.edge_count++] = dot(inward, a);
+    add_edge(face, inward, dot(inward, a));
   }
 }
 
+/// How far the surface goes on beyond an edge of a triangle near its plane.
+struct SurfaceReach {
+  float reach = 0, depth = 0;  ///< beyond the edge; how far the surface is below the plane there [m]
+  int steps = 0;               ///< triangles crossed
+  bool ends = false;           ///< before the disc's radius, and then where:
+  Vec3 inward;
+  float offset = 0;
+};
+
+LC_KERNEL float least_inside(const TriangleGeometry& own, Vec3 inward) {
+  return min_of(dot(own.p0, inward), min_of(dot(own.p0 + own.e1, inward), dot(own.p0 + own.e2, inward)));
+}
+
+/// Lets a walk end at an edge from a to b, or across its way where that would cut the triangle it began in.
+LC_KERNEL void end_at(SurfaceReach& walk, const TriangleGeometry& own, const EdgeFrame& start, Vec3 a, Vec3 b) {
+  walk.ends = true;
+  walk.inward = start.inward;
+  walk.offset = dot(start.inward, start.start) - walk.reach;
+  const Vec3 across = cross(b - a, own.front);
+  const float len = length(across);
+  if (!(len > 0)) return;
+  const Vec3 inward = across * ((dot(across, start.inward) < 0 ? -1.0f : 1.0f) / len);
+  const float offset = dot(inward, a);
+  if (least_inside(own, inward) < offset - 1e-3f * start.height) return;
+  walk.inward = inward;
+  walk.offset = offset;
+}
+
+/// Walks over the surface from the middle of a triangle's edge, straight away from it, as far as `radius`.
+LC_KERNEL SurfaceReach walk_from(const SceneView& scene, const MeshEdgesView& edges, std::uint32_t instance,
+                                 std::uint32_t triangle, std::uint32_t side, const TriangleGeometry& own, int edge,
+                                 float radius) {
+  const EdgeFrame start = edge_frame(own, edge);
+  const float steepest = start.height > radius ? kSteepestFromWide : kSteepest;
+  Vec3 a = start.start, b = edge == 0 ? own.p0 + own.e1 : edge == 1 ? own.p0 + own.e2 : own.p0;
+  const Vec3 from = (a + b) * 0.5f, across = cross(own.front, start.inward);
+  SurfaceReach walk;
+  for (; walk.steps < kMostSteps && walk.reach < radius; ++walk.steps) {
+    if ((static_cast<std::uint32_t>(edges.hard[triangle]) >> side >> edge & 1u) != 0) {
+      end_at(walk, own, start, a, b);
+      return walk;
+    }
+    const std::uint32_t next = edges.next[3 * std::size_t{triangle} + static_cast<std::size_t>(edge)];
+    if (next == kNone) return walk;  // hollow: the disc goes on behind what rises there
+    int back = 0;
+    while (back < 3 && edges.next[3 * std::size_t{next} + static_cast<std::size_t>(back)] != triangle) ++back;
+    if (back == 3) return walk;
+    const TriangleGeometry g = triangle_geometry(scene, instance, next);
+    const float turned = dot(g.front, own.front);
+    if (turned < kSameSide && -turned < kSameSide) {
+      end_at(walk, own, start, a, b);
+      return walk;
+    }
+    const Vec3 corner[3] = {g.p0, g.p0 + g.e1, g.p0 + g.e2};
+    const Vec3 far = corner[(back + 2) % 3];
+    const float far_side = dot(far - from, across);
+    const bool first = far_side * dot(corner[(back + 1) % 3] - from, across) < 0;
+    triangle = next;
+    edge = first ? (back + 1) % 3 : (back + 2) % 3;
+    const Vec3 other = first ? corner[(back + 1) % 3] : corner[back];
+    const float other_side = dot(other - from, across), width = far_side - other_side;
+    const Vec3 at = far + (other - far) * (width != 0 ? clamp_to(far_side / width, 0.0f, 1.0f) : 0.0f);
+    const float reach = -dot(at - from, start.inward), fall = dot(at - from, own.front);
+    const float depth = fall < 0 ? -fall : fall;
+    const float most = steepest * (reach + start.height);
+    if (depth > most || !(reach >= walk.reach)) {
+      // Within this triangle the surface falls evenly.
+      const float before = steepest * (walk.reach + start.height) - walk.depth, after = depth - most;
+      const float share = before + after > 0 ? clamp_to(before / (before + after), 0.0f, 1.0f) : 0.0f;
+      if (reach > walk.reach) {
+        walk.reach += share * (reach - walk.reach);
+        walk.depth += share * (depth - walk.depth);
+      }
+      end_at(walk, own, start, a, a);
+      return walk;
+    }
+    walk.reach = reach;
+    walk.depth = max_of(walk.depth, depth);
+    a = first ? other : far;
+    b = first ? far : other;
+  }
+  return walk;
+}
+
+/// Bounds the disc by what its surface does: it is cut where that ends or turns away, and sunk into the body so far that
+/// what remains of it lies below the surface. A surface that is curved all around has a smaller disc too.
 LC_KERNEL DiscFace disc_face(const SceneView& scene, const MeshEdgesView& edges, std::uint32_t instance,
                              std::uint32_t triangle, float radius) {
   const TriangleGeometry own = triangle_geometry(scene, instance, triangle);
@@ -191,14 +304,40 @@ LC_KERNEL DiscFace disc_face(const SceneView& scene, const MeshEdgesView& edges,
   DiscFace face;
   face.shape.radius = radius;
   face.area = own.area;
+  face.open = (edges.hard[triangle] & kOpenEdge) != 0;
+  if (!(own.area > 0)) return face;
+  float farthest = 0;
+  const auto look_beyond = [&](const TriangleGeometry& g, std::uint32_t of, int edge) {
+    const std::uint32_t hard = static_cast<std::uint32_t>(edges.hard[of]) >> side;
+    const SurfaceReach walk = walk_from(scene, edges, instance, of, side, g, edge, radius);
+    farthest = max_of(farthest, walk.ends ? walk.reach + edge_frame(g, edge).height : radius);
+    face.sink = max_of(face.sink, walk.depth);
+    const bool cuts = walk.ends && (hard >> edge & 1u) == 0;
+    if (cuts && !(least_inside(own, walk.inward) < walk.offset - 1e-3f * radius)) {
+      add_edge(face, walk.inward, walk.offset);
+    }
+  };
   add_hard_edges(own, static_cast<std::uint32_t>(edges.hard[triangle]) >> side, own, face);
   for (int e = 0; e < 3; ++e) {
-    const std::uint32_t next = edges.flat[3 * std::size_t{triangle} + static_cast<std::size_t>(e)];
-    if (next == kNone) continue;
-    const TriangleGeometry g = triangle_geometry(scene, instance, next);
-    face.area += g.area;
-    add_hard_edges(g, static_cast<std::uint32_t>(edges.hard[next]) >> side, own, face);
+    const std::uint32_t next = edges.next[3 * std::size_t{triangle} + static_cast<std::size_t>(e)];
+    const TriangleGeometry g = next == kNone ? own : triangle_geometry(scene, instance, next);
+    const float turned = dot(g.front, own.front);
+    const bool flat = next != kNone && (turned > kFlatCosine || -turned > kFlatCosine);
+    if (flat) {
+      face.area += g.area;
+      add_hard_edges(g, static_cast<std::uint32_t>(edges.hard[next]) >> side, own, face);
+    }
+    if (!flat || 2 * g.area < radius * length(edge_frame(own, e).along)) {
+      look_beyond(own, triangle, e);
+      continue;
+    }
+    // The face is a quadrangle or more: what it ends at is beyond the neighbour's edges.
+    farthest = radius;
+    for (int other = 0; other < 3; ++other) {
+      if (edges.next[3 * std::size_t{next} + static_cast<std::size_t>(other)] != triangle) look_beyond(g, next, other);
+    }
   }
+  face.shape.radius = min_of(radius, farthest);
   return face;
 }
 
@@ -212,20 +351,21 @@ LC_KERNEL bool is_near_edge(const DiscFace& face, Vec3 at) {
 /// What becomes of a point's disc: entries 0 and 1 of the table of shapes are the first two.
 enum class DiscKind : std::uint8_t { whole = 0, small = 1, cut = 2 };
 
-/// Finds the shape of a point's disc: whole where no hard edge of its triangle is near.
+/// Finds the shape of a point's disc: whole where no hard edge of its triangle is near and its surface does not bend.
 ///
 /// @param radius       of whole and cut discs [m]
-/// @param small_area   a face smaller than this [m^2], cut on several sides, has small discs
-/// @param face         receives the shape of a cut disc
+/// @param small_area   a leaf smaller than this [m^2], cut on several sides, has small discs
+/// @param face         receives the shape of a cut disc, and how deep any disc lies
 LC_KERNEL DiscKind disc_kind(const SceneView& scene, const MeshEdgesView& edges, const DrawnPoint& point, float radius,
                              float small_area, DiscFace& face) {
-  if (!has_hard_edge(edges, point.triangle)) return DiscKind::whole;
   face = disc_face(scene, edges, point.instance, point.triangle, radius);
-  if (face.edge_count == 0) return DiscKind::whole;
-  // A disc cut on several sides by a face smaller than itself would lose what the point stands for (the leaves of a
+  // A disc cut on several sides by a sheet smaller than itself would lose what the point stands for (the leaves of a
   // tree): such a point draws the area that it stands for, and no more.
-  if (face.edge_count > 1 && face.area < small_area) return DiscKind::small;
-  return is_near_edge(face, point.position) ? DiscKind::cut : DiscKind::whole;
+  if (face.open && face.edge_count > 1 && face.area < small_area) {
+    face.sink = 0;
+    return DiscKind::small;
+  }
+  return face.shape.radius < radius || is_near_edge(face, point.position) ? DiscKind::cut : DiscKind::whole;
 }
 
 }  // namespace lightcuts

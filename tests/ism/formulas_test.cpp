@@ -98,23 +98,23 @@ struct Canvas {
 
 /// Points on some planes, with room behind them.
 struct TestPoints {
-  std::vector<float> values[6];
+  std::vector<float> values[7];
   std::vector<std::uint32_t> shape;
   std::vector<DiscShape> shapes;
   std::size_t count = 0;
 
   explicit TestPoints(float radius) : shapes(2) { shapes[0].radius = shapes[1].radius = radius; }
-  void add(Vec3 p, Vec3 n, std::uint32_t which = 0) {
-    const float row[6] = {p.x, p.y, p.z, n.x, n.y, n.z};
-    for (std::size_t c = 0; c < 6; ++c) values[c].push_back(row[c]);
+  void add(Vec3 p, Vec3 n, std::uint32_t which = 0, float sink = 0) {
+    const float row[7] = {p.x, p.y, p.z, n.x, n.y, n.z, sink};
+    for (std::size_t c = 0; c < 7; ++c) values[c].push_back(row[c]);
     shape.push_back(which);
     ++count;
   }
   PointArrays arrays() {
     for (auto& v : values) v.resize(count + 16);
     shape.resize(count + 16);
-    return {values[0].data(), values[1].data(), values[2].data(), values[3].data(),
-            values[4].data(), values[5].data(), shape.data(),     shapes.data()};
+    return {values[0].data(), values[1].data(), values[2].data(), values[3].data(), values[4].data(),
+            values[5].data(), values[6].data(), shape.data(),     shapes.data()};
   }
 };
 
@@ -132,7 +132,8 @@ TEST_P(IsmKernelsTest, ADiscsTexelsHoldItsPlane) {
                                   : orthographic_view(normalize(Vec3{0.1f, 0.2f, 1}), bounds);
         TestPoints points(0.8f);
         points.shapes.push_back(half);
-        points.add(at, normal, cut ? 2 : 0);
+        // Lies deeper as seen from the light, whose side the normal points to.
+        points.add(at + normal * 0.05f, normal, cut ? 2 : 0, 0.05f);
         const Canvas canvas(size);
         kernels.draw(points.arrays(), 0, 1, view, size, canvas.nearness.get());
 

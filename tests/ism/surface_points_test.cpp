@@ -6,6 +6,7 @@
 #include "backend/hard_edges.h"
 #include "cpu_core/scene_parts.h"
 #include "ism/map_scene.h"
+#include "scene/builtin/surface.h"
 
 namespace lightcuts {
 namespace {
@@ -113,10 +114,69 @@ TEST(HardEdges, OpenEdgesAreHardAndUnweldedOnesAreNot) {
   test::place(scene, mesh);
   const MapScene s(std::move(scene));
   const MeshEdges edges = hard_edges(s.cpu_scene.view().meshes[0]);
-  EXPECT_EQ(edges.hard[0], 0b011'011);
-  EXPECT_EQ(edges.hard[1], 0b110'110);
-  EXPECT_EQ(edges.flat[0][2], 1u);
-  EXPECT_EQ(edges.flat[1][0], 0u);
+  EXPECT_EQ(edges.hard[0], 0b1'011'011);
+  EXPECT_EQ(edges.hard[1], 0b1'110'110);
+  EXPECT_EQ(edges.next[0][2], 1u);
+  EXPECT_EQ(edges.next[1][0], 0u);
+}
+
+/// A body of some centimetres on a floor of 100 square metres, and the outermost place of its discs from a light on
+/// its side: `depth(q)` is how far within the body a place lies [m]. A flat disc would stand out by up to 9 cm.
+template <class Depth>
+void expect_discs_within(const Mesh& body, const Depth& depth) {
+  Scene scene;
+  const auto material = test::add_material(scene, {1, 1, 1});
+  test::place(scene, test::quad({-5, -5, -9}, {10, 0, 0}, {0, 10, 0}, material));
+  Mesh mesh = body;
+  mesh.material = material;
+  test::place(scene, mesh);
+  const MapScene s(std::move(scene));
+  const SurfacePoints points(s.cpu_scene.view(), {8000});
+  const PointArrays& a = points.arrays();
+  ASSERT_GT(a.shapes[0].radius, 0.1f);
+  int checked = 0, outside = 0;
+  float farthest = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (a.z[i] < -8) continue;
+    const DiscShape& shape = a.shapes[a.shape[i]];
+    const Vec3 n = points.normal(i), centre = points.position(i) - n * a.sink[i];
+    const Frame frame = make_frame(n);
+    for (int k = 0; k < 128; ++k) {
+      const float angle = 0.39269908f * static_cast<float>(k), far = shape.radius * static_cast<float>(k / 16 + 1) / 8;
+      const Vec3 q = centre + (frame.x * std::cos(angle) + frame.y * std::sin(angle)) * far;
+      bool cut = false;
+      for (int e = 0; e < kDiscEdges; ++e) cut = cut || dot(shape.inward[e], q) < shape.offset[e];
+      if (cut) continue;
+      ++checked;
+      outside += depth(q) < -0.004f ? 1 : 0;
+      farthest = max_of(farthest, -depth(q));
+    }
+  }
+  ASSERT_GT(checked, 1000) << "something is left of the discs";
+  EXPECT_LE(outside, checked / 40);
+  EXPECT_LE(farthest, 0.05f);
+}
+
+TEST(DiscShapes, StayWithinABall) {
+  Mesh ball;
+  add_ball(ball, {0, 0, 0}, 0.06f, 32);
+  expect_discs_within(ball, [](Vec3 q) { return 0.06f - length(q); });
+}
+
+TEST(DiscShapes, StayWithinASlenderLeg) {
+  Mesh leg;
+  add_lathe(leg, {{0, -0.4f}, {0.02f, -0.4f}, {0.02f, 0.4f}, {0, 0.4f}}, 16, {0, 0, 0});
+  expect_discs_within(leg,
+                      [](Vec3 q) { return min_of(0.02f - std::sqrt(q.x * q.x + q.z * q.z), 0.4f - std::abs(q.y)); });
+}
+
+TEST(DiscShapes, StayWithinARoundedBoard) {
+  Mesh board;
+  const Vec3 half{0.2f, 0.02f, 0.15f};
+  add_rounded_box(board, {-half, half}, 0.018f, 4);
+  expect_discs_within(board, [&](Vec3 q) {
+    return min_of(half.x - std::abs(q.x), min_of(half.y - std::abs(q.y), half.z - std::abs(q.z)));
+  });
 }
 
 }  // namespace

@@ -105,17 +105,24 @@ void MapMaker::draw(LightKind kind, std::uint32_t light, const MapView& view, Sc
   const double share = static_cast<double>(wanted) / static_cast<double>(all);
   std::size_t count = 0;
   const std::size_t stride = all + kPadding;
-  work.chosen.resize(6 * stride);
+  work.chosen.resize(7 * stride);
   work.shapes.resize(stride);
-  const float* from[6] = {arrays.x, arrays.y, arrays.z, arrays.normal_x, arrays.normal_y, arrays.normal_z};
+  const float* from[7] = {arrays.x, arrays.y, arrays.z, arrays.normal_x, arrays.normal_y, arrays.normal_z, arrays.sink};
   for (std::size_t i = 0; i < all; ++i) {
     if (!noise_chooses(static_cast<std::uint32_t>(i), stream, share)) continue;
-    for (std::size_t c = 0; c < 6; ++c) work.chosen[c * stride + count] = from[c][i];
+    for (std::size_t c = 0; c < 7; ++c) work.chosen[c * stride + count] = from[c][i];
     work.shapes[count++] = arrays.shape[i];
   }
   const float* c = work.chosen.data();
-  const PointArrays chosen{
-      c, c + stride, c + 2 * stride, c + 3 * stride, c + 4 * stride, c + 5 * stride, work.shapes.data(), arrays.shapes};
+  const PointArrays chosen{c,
+                           c + stride,
+                           c + 2 * stride,
+                           c + 3 * stride,
+                           c + 4 * stride,
+                           c + 5 * stride,
+                           c + 6 * stride,
+                           work.shapes.data(),
+                           arrays.shapes};
   kernels_.draw(chosen, 0, count, view, options_.size, work.nearness.get());
 }
 

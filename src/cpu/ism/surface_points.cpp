@@ -111,33 +111,50 @@ std::vector<DrawnPoint> draw_points(const SceneView& scene, std::size_t wanted, 
   return points;
 }
 
-/// Finds the shape of each point's disc: whole where no hard edge of its triangle is near.
+struct FoundShape {
+  DiscKind kind;
+  DiscFace face;
+};
+
+/// Finds the discs of points.
+std::vector<FoundShape> find_shapes(const SceneView& scene, const std::vector<DrawnPoint>& points, float radius,
+                                    float overlap) {
+  std::vector<MeshEdges> edges(scene.mesh_count);
+  for (const DrawnPoint& point : points) {
+    const std::uint32_t mesh = scene.instances[point.instance].mesh;
+    if (edges[mesh].hard.empty()) edges[mesh] = hard_edges(scene.meshes[mesh]);
+  }
+  std::vector<FoundShape> found(points.size());
+  const float small_area = kPi * radius * radius;
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, points.size(), 256),
+                    [&](const tbb::blocked_range<std::size_t>& range) {
+                      for (std::size_t i = range.begin(); i != range.end(); ++i) {
+                        const MeshEdgesView view = edges[scene.instances[points[i].instance].mesh].view();
+                        found[i].kind = disc_kind(scene, view, points[i], radius * overlap, small_area, found[i].face);
+                      }
+                    });
+  return found;
+}
+
+/// The table of shapes: a whole disc, a small one, then those of triangles whose discs are cut, each once.
 class Shapes {
  public:
-  Shapes(const SceneView& scene, float radius, float overlap, std::vector<DiscShape>& shapes)
-      : scene_(scene), small_area_(kPi * radius * radius), shapes_(shapes), edges_(scene.mesh_count) {
+  Shapes(float radius, float overlap, std::vector<DiscShape>& shapes) : shapes_(shapes) {
     shapes_ = {DiscShape{}, DiscShape{}};
     shapes_[0].radius = radius * overlap;
     shapes_[1].radius = radius;
   }
 
-  std::uint32_t of(const DrawnPoint& point) {
-    const std::uint32_t mesh = scene_.instances[point.instance].mesh;
-    if (edges_[mesh].hard.empty()) edges_[mesh] = hard_edges(scene_.meshes[mesh]);
-    DiscFace face;
-    const DiscKind kind = disc_kind(scene_, edges_[mesh].view(), point, shapes_[0].radius, small_area_, face);
-    if (kind != DiscKind::cut) return static_cast<std::uint32_t>(kind);
-    const auto [found, is_new] =
+  std::uint32_t of(const DrawnPoint& point, const FoundShape& found) {
+    if (found.kind != DiscKind::cut) return static_cast<std::uint32_t>(found.kind);
+    const auto [at, is_new] =
         of_triangle_.try_emplace(std::uint64_t{point.instance} << 32 | point.triangle, shapes_.size());
-    if (is_new) shapes_.push_back(face.shape);
-    return static_cast<std::uint32_t>(found->second);
+    if (is_new) shapes_.push_back(found.face.shape);
+    return static_cast<std::uint32_t>(at->second);
   }
 
  private:
-  const SceneView& scene_;
-  float small_area_;
   std::vector<DiscShape>& shapes_;
-  std::vector<MeshEdges> edges_;
   std::unordered_map<std::uint64_t, std::size_t> of_triangle_;
 };
 
@@ -147,27 +164,30 @@ std::size_t SurfacePoints::count_for(const PointOptions& options) { return surfa
 
 std::uint64_t SurfacePoints::bytes_for(const PointOptions& options) {
   // Drawn once, then laid out; at worst every point has a shape of its own.
-  return count_for(options) * (sizeof(DrawnPoint) + 7 * sizeof(float) + sizeof(DiscShape) + 32);
+  return count_for(options) * (sizeof(DrawnPoint) + sizeof(FoundShape) + 8 * sizeof(float) + sizeof(DiscShape) + 32);
 }
 
 SurfacePoints::SurfacePoints(const SceneView& scene, const PointOptions& options)
     : options_(options), bounds_(scene.bounds) {
   const std::vector<DrawnPoint> points = draw_points(scene, count_for(options), options.seed, area_);
   count_ = points.size();
-  Shapes shapes(scene, point_radius(area_, options.per_map), options.overlap, shapes_);
+  const float radius = point_radius(area_, options.per_map);
+  const std::vector<FoundShape> found = find_shapes(scene, points, radius, options.overlap);
+  Shapes shapes(radius, options.overlap, shapes_);
 
   const std::size_t stride = count_ + kPadding;
-  values_.assign(6 * stride, 0.0f);
+  values_.assign(7 * stride, 0.0f);
   shape_.assign(stride, 0u);
-  float* columns[6];
-  for (std::size_t c = 0; c < 6; ++c) columns[c] = values_.data() + c * stride;
+  float* columns[7];
+  for (std::size_t c = 0; c < 7; ++c) columns[c] = values_.data() + c * stride;
   for (std::size_t i = 0; i < count_; ++i) {
     const Vec3 p = points[i].position, n = points[i].normal;
-    const float row[6] = {p.x, p.y, p.z, n.x, n.y, n.z};
-    for (std::size_t c = 0; c < 6; ++c) columns[c][i] = row[c];
-    shape_[i] = shapes.of(points[i]);
+    const float row[7] = {p.x, p.y, p.z, n.x, n.y, n.z, found[i].face.sink};
+    for (std::size_t c = 0; c < 7; ++c) columns[c][i] = row[c];
+    shape_[i] = shapes.of(points[i], found[i]);
   }
-  arrays_ = {columns[0], columns[1], columns[2], columns[3], columns[4], columns[5], shape_.data(), shapes_.data()};
+  arrays_ = {columns[0], columns[1], columns[2],    columns[3],    columns[4],
+             columns[5], columns[6], shape_.data(), shapes_.data()};
 }
 
 }  // namespace lightcuts

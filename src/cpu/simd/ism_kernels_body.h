@@ -90,8 +90,8 @@ LC_LANES_FN void store(LanesVec3 v, float* x, float* y, float* z) {
 template <bool Paraboloid>
 LC_LANES_FN std::uint32_t project(const PointArrays& points, std::size_t first, const MapView& view, float radius,
                                   int size, ProjectedPoints& out) {
-  const LanesVec3 local = to_local_point(view, load_unaligned(points.x, points.y, points.z, first));
-  const Lanes distance_sq = dot(local, local);
+  LanesVec3 local = to_local_point(view, load_unaligned(points.x, points.y, points.z, first));
+  Lanes distance_sq = dot(local, local);
   Mask seen = local.z > Lanes(0.0f);
   if constexpr (Paraboloid) {
     // Discs reach a little higher than their points; a point below the horizon is left out as a whole.
@@ -104,9 +104,13 @@ LC_LANES_FN std::uint32_t project(const PointArrays& points, std::size_t first, 
 
   const LanesVec3 normal =
       to_local_vector(view.frame, load_unaligned(points.normal_x, points.normal_y, points.normal_z, first));
+  Lanes plane = dot(local, normal);
+  const Lanes sink = load_unaligned(points.sink + first), deeper = select(plane < Lanes(0.0f), -sink, sink);
+  local = local + normal * deeper;
+  plane = plane + deeper;
+  distance_sq = dot(local, local);
   lanes &= store_texels(boxes<Paraboloid>(local, normal, distance_sq, lanes, view, radius), size, out);
   if (lanes == 0) return 0;
-  const Lanes plane = dot(local, normal);
   if constexpr (Paraboloid) {
     lanes &= bits(plane * plane > Lanes(kLeastPlane * kLeastPlane) * distance_sq);
     const MapDisc<Lanes> disc = map_disc(local, normal, plane, Lanes(radius * radius));

@@ -6,7 +6,6 @@ ExitStatus exit_status(Code code) {
   switch (code) {
     case Code::invalid_argument:
     case Code::cannot_write:
-    case Code::not_built:
       return kWrongUsage;
     case Code::file_missing:
     case Code::malformed:
@@ -18,6 +17,7 @@ ExitStatus exit_status(Code code) {
     case Code::disk_full:
       return kNoRoom;
     case Code::no_device:
+    case Code::not_built:
       return kNoDevice;
   }
   return kInternal;

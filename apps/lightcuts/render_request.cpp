@@ -196,7 +196,7 @@ void add_vpl_options(CLI::App& command, VplOptions& vpls) {
 void add_cut_options(CLI::App& command, RenderOptions& options) {
   const std::string group = "The cut (--method lightcuts)";
   ShadeOptions& shade = options.shade;
-  add_number(command, "--error", "E", shade.error, 0, 1,
+  add_number(command, "--error", "E", shade.error, 1e-6, 0.999,
              fmt::format("bound on each node of the cut, relative to the pixel's total (default: {:g})", shade.error))
       ->group(group);
   add_count(command, "--max-cut", "C", shade.max_cut, 0, kMostLights,

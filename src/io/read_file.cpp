@@ -12,13 +12,14 @@ namespace lightcuts {
 std::vector<std::byte> read_file(const std::filesystem::path& path, std::uint64_t max_bytes) {
   std::error_code error;
   if (std::filesystem::is_directory(path, error)) {
-    throw Error(Code::file_missing, "'" + path.string() + "' is a folder, a file was expected");
+    throw Error(Code::file_missing, "'" + path.string() + "' is a folder; name a file in it");
   }
   errno = 0;
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), &std::fclose);
   if (file == nullptr) {
-    throw Error(Code::file_missing,
-                "'" + path.string() + "' cannot be opened: " + std::generic_category().message(errno));
+    throw Error(Code::file_missing, "'" + path.string() +
+                                        "' cannot be opened: " + std::generic_category().message(errno) +
+                                        "; check its path and its permissions");
   }
   const auto too_large = [&] {
     throw Error(Code::unsupported, "'" + path.string() + "' is larger than the " + std::to_string(max_bytes >> 20) +

@@ -96,7 +96,7 @@ inline constexpr GroupTuning kSinglePixels{
 
 inline TileLight packet_cut_of(const CutScene& scene, const SurfacePacket& packet, CutCollector& collector, Isa isa,
                                const GroupTuning& tuning = kAnyGroups, double guess_scale = 1) {
-  const Frontier frontier = make_frontier(scene.trees, scene.set, 64);
+  const Frontier frontier = make_frontier(scene.context, 64);
   CutScratch scratch;
   TileLight lit;
   const std::span<const SurfacePacket> packets(&packet, 1);

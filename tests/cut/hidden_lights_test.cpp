@@ -160,7 +160,7 @@ Counts check_hidden(Scene scene, std::uint64_t vpls, int side, int step) {
       &rays, 1e-4f,
       0.01f, 0,
       marks, occluder_view(occluders.data(), static_cast<std::uint32_t>(occluders.size()), arrays.view().bounds)};
-  const Frontier frontier = make_frontier(trees, set, 48);
+  const Frontier frontier = make_frontier(context, 48);
   const GroupTuning tuning{
       .extent = 0.08f, .cosine = 0.8f, .pixels = 16, .first_factor = 2, .level_ratio = 1.2f, .umbras = 32};
   const View view = make_view(camera, side, side, 1, 1, true);

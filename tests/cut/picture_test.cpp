@@ -170,7 +170,7 @@ void expect_near_all_lights(Stage& stage, int side, const std::string& name) {
     EXPECT_LE(c.p99_relative_error, 0.05) << what;
     // The goal is 0.002. Representatives are chosen once for all pixels, so one picture may be off by more; over seeds
     // it cancels out (below). docs/results/cut.md.
-    EXPECT_LE(std::abs(c.signed_relative_error), name == "interior" ? 0.01 : 0.0065) << what;
+    EXPECT_LE(std::abs(c.signed_relative_error), 0.0055) << what;
   }
 }
 

@@ -5,12 +5,15 @@
 #include <cmath>
 #include <limits>
 
+#include "cpu/cut/cut_light.h"
+#include "cpu/cut/hidden_lights.h"
+#include "cpu/cut/pixels_of_group.h"
 #include "kernels/light.h"
 
 namespace lightcuts {
 namespace {
 
-/// Lights added in single precision: so few that their sum loses nothing that matters.
+/// Leaves whose light is added together.
 constexpr std::size_t kBlock = 256;
 /// Nodes that a walk hands over at a time.
 constexpr std::uint32_t kChosenBlock = 256;
@@ -22,28 +25,6 @@ constexpr double kLargestDrop = 4;
 constexpr int kMostRounds = 24;
 /// A guess is at least this share of what all lights would give at the distance of the scene's extent.
 constexpr double kSmallestGuess = 1e-3;
-/// Largest finite weight: an infinite one would make nonsense of clusters that are dark.
-constexpr float kLargestWeight = 1e38f;
-
-Vec3 lane_of(const PacketVec3& v, int lane) { return {v.x[lane], v.y[lane], v.z[lane]}; }
-void set_lane(PacketVec3& packet, int lane, Vec3 v) {
-  packet.x[lane] = v.x;
-  packet.y[lane] = v.y;
-  packet.z[lane] = v.z;
-}
-
-std::size_t index(LightKind kind) { return static_cast<std::size_t>(kind); }
-
-CutLight cut_light(LightKind kind, const LightTree& tree, const LightSet& lights, std::uint32_t index, float bound) {
-  const LightNode& node = tree.nodes[index];
-  CutLight light{{}, bound, {}, index, node.intensity, node.representative};
-  if (kind == LightKind::vpl) {
-    const Vpl& vpl = lights.vpls[node.representative];
-    light.position = vpl.position;
-    light.axis = vpl.axis;
-  }
-  return light;
-}
 
 float root_bound(LightKind kind, const ReceiverGroup<float>& group, const LightNode& node, float min_distance_sq) {
   const ClusterBounds<float> bounds{node.box.lo, node.box.hi, node.axis, node.cos_half_angle};
@@ -66,16 +47,6 @@ float weigh(Vec3 weights, Vec3 intensity, float bound) {
   return value <= std::numeric_limits<float>::max() ? value : kInfinity;
 }
 
-struct PixelState {
-  double threshold = 0;
-  double total = 0;                 ///< luminance of the reflected light, times pi
-  Vec3T<double> light, fixed;       ///< of the cut; of its leaves
-  double lost = 0, fixed_lost = 0;  ///< luminance that the clamp took
-  float largest = 0;                ///< bound of a node, in the total's unit
-  float weight = 0;                 ///< luminance of the albedo
-  int rounds = 0;
-};
-
 class GroupCut {
  public:
   GroupCut(const CutTools& tools, std::span<const SurfacePacket> tile, const PixelGroup& group, double extent_sq,
@@ -86,8 +57,7 @@ class GroupCut {
         scratch_(scratch),
         out_(out),
         extent_sq_(extent_sq),
-        packet_count_((group.count + kPacketSize - 1) / kPacketSize) {
-    pack(tile);
+        pixels_(tile, group) {
     walk_.group = bound_receivers(tile, group);
     walk_.min_distance_sq = context_.min_distance_sq;
     walk_.visits = 0;
@@ -100,18 +70,19 @@ class GroupCut {
   void run() {
     guess();
     start();
-    while (any_pending()) {
-      const std::uint32_t packets = aim();
+    while (pixels_.any_pending()) {
+      const Aim aim = pixels_.aim(tools_.tuning.level_ratio);
+      walk_.weights = aim.weights;
       bool full = false;
       if (context_.max_cut > 0) {
         full = fill_up();
       } else {
         for (const LightKind kind : kLightKinds) refine(kind);
       }
-      for (int p = 0; p < packet_count_; ++p) {
-        if (full || (packets >> p & 1u) != 0) sum_entries(p);
+      for (int p = 0; p < pixels_.packet_count(); ++p) {
+        if (full || (aim.packets >> p & 1u) != 0) sum_entries(p);
       }
-      finish(full ? ~0u : packets, full);
+      finish(full ? ~0u : aim.packets, full);
       ++scratch_.rounds;
     }
     scratch_.visits += walk_.visits;
@@ -121,49 +92,7 @@ class GroupCut {
  private:
   [[nodiscard]] const LightTree& tree(LightKind kind) const { return tree_of(context_.trees, kind); }
 
-  template <class Visit>
-  void for_each_pending(Visit visit) {
-    for (int p = 0; p < packet_count_; ++p) {
-      for (std::uint32_t lanes = pending_[p]; lanes != 0; lanes &= lanes - 1)
-        visit(p * kPacketSize + std::countr_zero(lanes));
-    }
-  }
-  [[nodiscard]] bool any_pending() const {
-    return std::any_of(pending_, pending_ + packet_count_, [](std::uint32_t lanes) { return lanes != 0; });
-  }
-
   // --- Setting out ---
-
-  void pack(std::span<const SurfacePacket> tile) {
-    for (int p = 0; p < packet_count_; ++p) {
-      ReceiverPacket& receivers = receivers_[p];
-      receivers = {};
-      weights_[p] = {};
-      receivers.flat = true;
-      const int count = std::min(kPacketSize, group_.count - p * kPacketSize);
-      pending_[p] = (1u << count) - 1u;
-      receivers.active = pending_[p];
-      for (int lane = 0; lane < count; ++lane) {
-        const std::uint8_t pixel = group_.pixels[p * kPacketSize + lane];
-        const SurfacePacket& from = tile[pixel / kPacketSize];
-        const int at = pixel % kPacketSize;
-        const Vec3 ns = lane_of(from.receivers.ns, at), ng = lane_of(from.receivers.ng, at);
-        set_lane(receivers.position, lane, lane_of(from.receivers.position, at));
-        set_lane(receivers.ns, lane, ns);
-        set_lane(receivers.ng, lane, ng);
-        receivers.flat = receivers.flat && ns == ng;
-        const Vec3 weights = reflected_weights(lane_of(from.albedo, at));
-        set_lane(weights_[p], lane, weights);
-        pixels_[p * kPacketSize + lane].weight = weights.x + weights.y + weights.z;
-      }
-    }
-  }
-
-  [[nodiscard]] double reflected(int i, const Vec3T<double>& light) const {
-    const Vec3 w = lane_of(weights_[i / kPacketSize], i % kPacketSize);
-    const double total = w.x * light.x + w.y * light.y + w.z * light.z;
-    return total > 0 ? total : 0;
-  }
 
   /// A first threshold from a few bright nodes, all of their light arriving.
   void guess() {
@@ -174,24 +103,23 @@ class GroupCut {
       const double share = kind == LightKind::directional ? kSmallestGuess : kSmallestGuess / extent_sq_;
       all += Vec3T<double>{sum.x, sum.y, sum.z} * share;
     }
-    for (int p = 0; p < packet_count_; ++p) {
+    for (int p = 0; p < pixels_.packet_count(); ++p) {
       for (const LightKind kind : kLightKinds) {
-        if (p == 0) seen_frontier(kind);
-        const std::vector<CutLight>& lights = scratch_.entries[index(kind)].lights;
-        sum(kind, p, lights.data(), nullptr, lights.size());
+        const std::vector<CutLight>& lights = p == 0 ? seen_frontier(kind) : scratch_.entries[index(kind)].lights;
+        add(p, {kind, lights.data(), nullptr, lights.size()});
       }
     }
     const double factor = tools_.tuning.first_factor * tools_.guess_scale;
-    for_each_pending([&](int i) {
+    pixels_.for_each_pending([&](int i) {
       PixelState& pixel = pixels_[i];
       const double most = std::numeric_limits<float>::max();
-      const double total = std::min(std::max(reflected(i, pixel.light), reflected(i, all)), most);
+      const double total = std::min(std::max(pixels_.reflected(i, pixel.light), pixels_.reflected(i, all)), most);
       pixel.threshold = factor * context_.threshold(total);
     });
   }
 
-  /// Copies the nodes of the frontier that are not hidden.
-  void seen_frontier(LightKind kind) {
+  /// The nodes of the frontier that are not known to be hidden.
+  const std::vector<CutLight>& seen_frontier(LightKind kind) {
     const std::vector<CutLight>& all = tools_.frontier.lights[index(kind)];
     std::vector<CutLight>& seen = scratch_.entries[index(kind)].lights;
     seen.clear();
@@ -199,11 +127,13 @@ class GroupCut {
       const LightNode* nodes[kPacketSize];
       const int count = static_cast<int>(std::min<std::size_t>(kPacketSize, all.size() - first));
       for (int i = 0; i < count; ++i) nodes[i] = &tree(kind).nodes[all[first + static_cast<std::size_t>(i)].node];
-      const std::uint32_t hidden = tools_.cut.hidden[index(kind)](walk_.umbras, walk_.umbra_count, nodes, count);
+      const std::uint32_t hidden =
+          walk_.umbra_count == 0 ? 0 : tools_.cut.hidden[index(kind)](walk_.umbras, walk_.umbra_count, nodes, count);
       for (int i = 0; i < count; ++i) {
         if ((hidden >> i & 1u) == 0) seen.push_back(all[first + static_cast<std::size_t>(i)]);
       }
     }
+    return seen;
   }
 
   void start() {
@@ -218,40 +148,12 @@ class GroupCut {
         add_leaves(kind);
       } else {
         const float bound = root_bound(kind, walk_.group, root, context_.min_distance_sq);
-        entries.lights.push_back(cut_light(kind, tree(kind), context_.lights, 0, bound));
+        entries.lights.push_back(cut_light(context_, kind, 0, bound));
       }
     }
   }
 
   // --- Rounds ---
-
-  /// Sets the weights that nodes are tested with for the pixels that bear the largest thresholds, the others' turn coming
-  /// later; returns their packets as bits.
-  std::uint32_t aim() {
-    double level = -1;
-    const auto key = [&](int i) { return pixels_[i].threshold / pixels_[i].weight; };
-    for_each_pending([&](int i) {
-      if (pixels_[i].weight > 0) level = std::max(level, key(i));
-    });
-    Vec3 weights{0, 0, 0};
-    std::uint32_t packets = 0;
-    for_each_pending([&](int i) {
-      const bool black = !(pixels_[i].weight > 0);
-      if (!black && key(i) * tools_.tuning.level_ratio < level) return;
-      packets |= 1u << (i / kPacketSize);
-      ++pixels_[i].rounds;
-      if (black) return;
-      const Vec3 w = lane_of(weights_[i / kPacketSize], i % kPacketSize);
-      const auto relative = [&](float weight) {
-        if (!(weight > 0)) return 0.0f;
-        const double value = weight / pixels_[i].threshold;
-        return value < kLargestWeight ? static_cast<float>(value) : kLargestWeight;
-      };
-      weights = max_of(weights, Vec3{relative(w.x), relative(w.y), relative(w.z)});
-    });
-    walk_.weights = weights;
-    return packets;
-  }
 
   /// Splits the nodes whose bound is too large.
   void refine(LightKind kind) {
@@ -347,7 +249,7 @@ class GroupCut {
       tell_hidden(kind, chosen.node);
       return;
     }
-    const CutLight light = cut_light(kind, tree(kind), context_.lights, chosen.node, chosen.bound);
+    const CutLight light = cut_light(context_, kind, chosen.node, chosen.bound);
     if (!tree(kind).nodes[chosen.node].is_leaf()) {
       keep(kind, light, chosen.kept);
       return;
@@ -361,7 +263,7 @@ class GroupCut {
   void tell_hidden(LightKind kind, std::uint32_t node) {
     std::uint8_t pixels[kTilePixels];
     std::size_t count = 0;
-    for_each_pending([&](int i) { pixels[count++] = group_.pixels[i]; });
+    pixels_.for_each_pending([&](int i) { pixels[count++] = group_.pixels[i]; });
     tools_.listener->hidden(kind, node, walk_.group, {pixels, count});
   }
 
@@ -371,9 +273,9 @@ class GroupCut {
     PacketFactors factors;
     RayPacket16 rays;
     PacketShare share{};
-    const std::uint32_t candidates = shadow_rays(kind, light, factors, rays) & pending_[0];
+    const std::uint32_t candidates = shadow_rays(kind, light, factors, rays) & pixels_.pending(0);
     if (candidates != 0) {
-      out_.rays += context_.visibility->shares({kind, light, receivers_[0], rays, candidates}, share.of);
+      out_.rays += context_.visibility->shares({kind, light, pixels_.receivers(0), rays, candidates}, share.of);
     }
     return share;
   }
@@ -382,77 +284,43 @@ class GroupCut {
     const LightSet& lights = context_.lights;
     switch (kind) {
       case LightKind::vpl:
-        return tools_.shade.vpl_shadow_rays(receivers_[0], lights.vpls[light], context_.min_distance_sq, factors, rays);
+        return tools_.shade.vpl_shadow_rays(pixels_.receivers(0), lights.vpls[light], context_.min_distance_sq, factors,
+                                            rays);
       case LightKind::point:
-        return tools_.shade.point_shadow_rays(receivers_[0], lights.points[light], factors, rays);
+        return tools_.shade.point_shadow_rays(pixels_.receivers(0), lights.points[light], factors, rays);
       case LightKind::directional:
-        return tools_.shade.directional_shadow_rays(receivers_[0], lights.directionals[light], factors, rays);
+        return tools_.shade.directional_shadow_rays(pixels_.receivers(0), lights.directionals[light], factors, rays);
     }
     return 0;
   }
 
   // --- Light ---
 
-  /// Adds nodes to light, lost and largest of the pixels of a packet.
-  void sum(LightKind kind, int packet, const CutLight* lights, const PacketShare* shares, std::size_t count) {
-    for (std::size_t first = 0; first < count; first += kBlock) {
-      const CutTask task{receivers_[packet], weights_[packet], lights + first,
-                         shares == nullptr ? nullptr : shares + first, std::min(kBlock, count - first)};
-      CutSum sum;
-      switch (kind) {
-        case LightKind::vpl:
-          tools_.cut.sum_vpls(task, context_.min_distance_sq, sum);
-          break;
-        case LightKind::point:
-          tools_.cut.sum_points(task, context_.lights.points.data(), sum);
-          break;
-        case LightKind::directional:
-          tools_.cut.sum_directionals(task, context_.lights.directionals.data(), sum);
-          break;
-      }
-      for (int lane = 0; lane < kPacketSize; ++lane) {
-        PixelState& pixel = pixels_[packet * kPacketSize + lane];
-        pixel.light += Vec3T<double>{sum.sum.light.x[lane], sum.sum.light.y[lane], sum.sum.light.z[lane]};
-        pixel.lost += sum.sum.lost[lane];
-        pixel.largest = std::max(pixel.largest, sum.largest[lane]);
-      }
-      out_.pairs += task.count * static_cast<std::uint64_t>(std::popcount(pending_[packet]));
-    }
+  void add(int packet, const LitNodes& nodes) { out_.pairs += pixels_.add(packet, nodes, context_, tools_.cut); }
+
+  [[nodiscard]] LitNodes lit(LightKind kind, const CutEntries& nodes) const {
+    return {kind, nodes.lights.data(), context_.visibility == nullptr ? nullptr : nodes.shares.data(),
+            nodes.lights.size()};
   }
 
   void sum_entries(int packet) {
-    for (int i = packet * kPacketSize; i < (packet + 1) * kPacketSize; ++i) {
-      pixels_[i].light = pixels_[i].fixed;
-      pixels_[i].lost = pixels_[i].fixed_lost;
-      pixels_[i].largest = 0;
-    }
-    for (const LightKind kind : kLightKinds) {
-      const CutEntries& entries = scratch_.entries[index(kind)];
-      sum(kind, packet, entries.lights.data(), context_.visibility == nullptr ? nullptr : entries.shares.data(),
-          entries.lights.size());
-    }
+    pixels_.start_from_leaves(packet);
+    for (const LightKind kind : kLightKinds) add(packet, lit(kind, scratch_.entries[index(kind)]));
   }
 
   /// Leaves never leave the cut again: they go into the pixels' fixed sums and are forgotten.
   void add_leaves(LightKind kind) {
     CutEntries& leaves = scratch_.leaves;
     if (leaves.lights.empty()) return;
-    for (int p = 0; p < packet_count_; ++p) {
-      if (pending_[p] == 0) continue;
-      for (int i = p * kPacketSize; i < (p + 1) * kPacketSize; ++i) {
-        pixels_[i].light = {0, 0, 0};
-        pixels_[i].lost = 0;
-      }
-      sum(kind, p, leaves.lights.data(), context_.visibility == nullptr ? nullptr : leaves.shares.data(),
-          leaves.lights.size());
-      for (int i = p * kPacketSize; i < (p + 1) * kPacketSize; ++i) {
-        pixels_[i].fixed += pixels_[i].light;
-        pixels_[i].fixed_lost += pixels_[i].lost;
-      }
+    for (int p = 0; p < pixels_.packet_count(); ++p) {
+      if (pixels_.pending(p) == 0) continue;
+      pixels_.start_from_nothing(p);
+      add(p, lit(kind, leaves));
+      pixels_.keep_as_leaves(p);
     }
     std::uint8_t pixels[kTilePixels];
     std::size_t count = 0;
-    for_each_pending([&](int i) { pixels[count++] = group_.pixels[i]; });
+    pixels_.for_each_pending([&](int i) { pixels[count++] = group_.pixels[i]; });
     report(kind, leaves, {pixels, count});
     leaf_count_ += leaves.lights.size();
     leaves.clear();
@@ -470,10 +338,10 @@ class GroupCut {
     for (const CutEntries& entries : scratch_.entries) size += entries.lights.size();
     std::uint8_t done[kTilePixels];
     std::size_t done_count = 0;
-    for_each_pending([&](int i) {
+    pixels_.for_each_pending([&](int i) {
       if ((packets >> (i / kPacketSize) & 1u) == 0) return;
       PixelState& pixel = pixels_[i];
-      pixel.total = reflected(i, pixel.light);
+      pixel.total = pixels_.reflected(i, pixel.light);
       if (!all && pixel.largest > context_.threshold(pixel.total)) {
         const double wanted = kNextCaution * context_.threshold(pixel.total);
         const double lowest = std::min<double>(pixel.threshold, pixel.largest) / kLargestDrop;
@@ -485,7 +353,7 @@ class GroupCut {
       out_.lost[at] = pixel.lost;
       record_cut(out_, at, size, pixel.largest, pixel.total, context_);
       done[done_count++] = at;
-      pending_[i / kPacketSize] &= ~(1u << (i % kPacketSize));
+      pixels_.leave(i);
     });
     if (done_count == 0) return;
     for (const LightKind kind : kLightKinds) report(kind, scratch_.entries[index(kind)], {done, done_count});
@@ -497,11 +365,7 @@ class GroupCut {
   CutScratch& scratch_;
   TileLight& out_;
   double extent_sq_;
-  int packet_count_;
-  ReceiverPacket receivers_[kTilePackets];
-  PacketVec3 weights_[kTilePackets];
-  std::uint32_t pending_[kTilePackets] = {};
-  PixelState pixels_[kTilePixels];
+  GroupPixels pixels_;
   std::uint64_t leaf_count_ = 0;
   GroupWalk walk_;
 };
@@ -512,41 +376,16 @@ double extent_of(const LightTrees& trees, std::span<const SurfacePacket> packets
   if (!trees.vpls.nodes.empty()) box = extend(box, trees.vpls.nodes[0].box);
   if (!trees.points.nodes.empty()) box = extend(box, trees.points.nodes[0].box);
   for (const SurfacePacket& packet : packets) {
-    for (std::uint32_t lanes = packet.receivers.active; lanes != 0; lanes &= lanes - 1)
-      box = extend(box, lane_of(packet.receivers.position, std::countr_zero(lanes)));
+    const PacketVec3& at = packet.receivers.position;
+    for (std::uint32_t lanes = packet.receivers.active; lanes != 0; lanes &= lanes - 1) {
+      const int lane = std::countr_zero(lanes);
+      box = extend(box, Vec3{at.x[lane], at.y[lane], at.z[lane]});
+    }
   }
   return std::max(static_cast<double>(diagonal(box)), 1e-9);
 }
 
 }  // namespace
-
-Frontier make_frontier(const LightTrees& trees, const LightSet& lights, std::uint32_t size) {
-  Frontier frontier;
-  for (const LightKind kind : kLightKinds) {
-    const LightTree& tree = tree_of(trees, kind);
-    if (tree.nodes.empty()) continue;
-    const auto dimmer = [&](std::uint32_t a, std::uint32_t b) {
-      const auto power = [&](std::uint32_t n) {
-        return tree.nodes[n].is_leaf() ? -1.0f : luminance(tree.nodes[n].intensity);
-      };
-      return power(a) < power(b);
-    };
-    std::vector<std::uint32_t> heap{0};
-    while (heap.size() < size && !tree.nodes[heap.front()].is_leaf()) {
-      std::pop_heap(heap.begin(), heap.end(), dimmer);
-      const LightNode& brightest = tree.nodes[heap.back()];
-      heap.back() = brightest.first_child;
-      std::push_heap(heap.begin(), heap.end(), dimmer);
-      heap.push_back(brightest.second_child());
-      std::push_heap(heap.begin(), heap.end(), dimmer);
-    }
-    for (const std::uint32_t node : heap) {
-      const CutLight light = cut_light(kind, tree, lights, node, 0);
-      if (is_finite(light.intensity)) frontier.lights[index(kind)].push_back(light);
-    }
-  }
-  return frontier;
-}
 
 void cut_pixels(const CutTools& tools, std::span<const SurfacePacket> packets, CutScratch& scratch, TileLight& out) {
   const double extent = extent_of(tools.context.trees, packets);

@@ -6,19 +6,12 @@
 
 #include "cpu/cut/cut_context.h"
 #include "cpu/cut/cut_kernels.h"
+#include "cpu/cut/frontier.h"
 #include "cpu/cut/hidden_lights.h"
 #include "cpu/cut/receiver_groups.h"
 #include "cpu/tile.h"
 
 namespace lightcuts {
-
-/// Nodes of the trees that together hold every light, the brightest split first: a first guess of what a pixel gets.
-struct Frontier {
-  std::array<std::vector<CutLight>, 3> lights;  ///< by LightKind
-};
-
-/// At most `size` nodes of each tree.
-Frontier make_frontier(const LightTrees& trees, const LightSet& lights, std::uint32_t size);
 
 /// Hears which nodes the pixels' cuts are made of; for tests.
 class CutListener {

@@ -19,10 +19,7 @@ constexpr GroupTuning kShadowed{
 }  // namespace
 
 PacketLighter::PacketLighter(const CutContext& context, const CutKernels& cut, const ShadeKernels& shade)
-    : context_(context),
-      cut_(cut),
-      shade_(shade),
-      frontier_(make_frontier(context.trees, context.lights, kFrontierSize)) {}
+    : context_(context), cut_(cut), shade_(shade), frontier_(make_frontier(context, kFrontierSize)) {}
 
 bool PacketLighter::light(const Tile& tile, Progress& progress, TileLight& out) const {
   const GroupTuning& tuning = context_.visibility == nullptr ? kUnshadowed : kShadowed;

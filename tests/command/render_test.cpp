@@ -242,6 +242,14 @@ class LongRender : public RenderCommand {
     return words({"builtin:cornell", "--method", "path", "--samples", "1000000", "--size", "64x64", "-o", "long.exr",
                   "--stats", "long.json"});
   }
+};
+
+/// What only shows on a terminal.
+class OnTerminal : public LongRender {
+ protected:
+  void SetUp() override {
+    if (!lends_terminals()) GTEST_SKIP() << "this system lends no terminal: /dev/pts is missing";
+  }
 
   ProgramOptions on_terminal() const {
     ProgramOptions options;
@@ -252,7 +260,7 @@ class LongRender : public RenderCommand {
   }
 };
 
-TEST_F(LongRender, SignalSavesWhatIsDone) {
+TEST_F(OnTerminal, SignalSavesWhatIsDone) {
   for (const int signal : {SIGINT, SIGTERM}) {
     Program program(long_words(), on_terminal());
     ASSERT_TRUE(program.wait_for_err("shade")) << program.err();
@@ -269,7 +277,7 @@ TEST_F(LongRender, SignalSavesWhatIsDone) {
   }
 }
 
-TEST_F(LongRender, SecondSignalEndsAtOnceAndLeavesNoPart) {
+TEST_F(OnTerminal, SecondSignalEndsAtOnceAndLeavesNoPart) {
   Program program(long_words(), on_terminal());
   ASSERT_TRUE(program.wait_for_err("shade")) << program.err();
   program.send(SIGINT);
@@ -290,7 +298,7 @@ TEST_F(LongRender, SignalBeforeTheWorkEndsAtOnce) {
   EXPECT_THAT(folder_.names(), ElementsAre("scene.gltf"));
 }
 
-TEST_F(LongRender, QuietAndNoColorHold) {
+TEST_F(OnTerminal, QuietAndNoColorHold) {
   ProgramOptions options = on_terminal();
   options.environment["NO_COLOR"] = "1";
   Program plain(long_words(), options);

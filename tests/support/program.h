@@ -19,6 +19,9 @@ struct ProgramOptions {
   std::chrono::seconds time_limit{120};            ///< killed after that, status -1
 };
 
+/// Whether this system lends terminals: a bare root may have no /dev/pts.
+bool lends_terminals();
+
 /// A program that runs beside the test; ended, if need be, when this goes.
 class Program {
  public:

@@ -44,7 +44,7 @@ def read_sizes(path):
 
 
 def errors(folder, out):
-    figure, axes = plt.subplots(2, 3, figsize=(12, 7.5), sharex=True)
+    figure, axes = plt.subplots(2, 3, figsize=(13.5, 7.5), sharex=True)
     for line, visibility in zip(axes, ["none", "rays"]):
         for scene, rows in read_errors(folder / f"errors_{visibility}.csv").items():
             bound = [float(r["error"]) for r in rows]
@@ -56,20 +56,20 @@ def errors(folder, out):
             axis.grid(True, which="major", alpha=0.3)
         line[0].plot(0.02, 1.5, "kv")
         line[1].plot(0.02, 5, "kv")
-    axes[0][2].legend(fontsize=8)
+    axes[0][2].legend(fontsize=8, loc="upper left", bbox_to_anchor=(1.02, 1))
     figure.tight_layout()
     figure.savefig(out / "cut_error.svg", metadata={"Date": None})
 
 
 def sizes(folder, out):
-    figure, axes = plt.subplots(1, 2, figsize=(10, 4), sharey=True)
+    figure, axes = plt.subplots(1, 2, figsize=(12, 4), sharey=True)
     for axis, visibility in zip(axes, ["none", "rays"]):
         for (scene, method), points in read_sizes(folder / f"sizes_{visibility}.txt").items():
             style = "-" if method == "packet" else ":"
             axis.plot(*zip(*points), style, marker=".", label=f"{scene}, {method}")
         axis.set(xscale="log", yscale="log", title=f"mean cut [nodes], visibility {visibility}", xlabel="lights")
         axis.grid(True, which="major", alpha=0.3)
-    axes[0].legend(fontsize=8)
+    axes[1].legend(fontsize=8, loc="upper left", bbox_to_anchor=(1.02, 1))
     figure.tight_layout()
     figure.savefig(out / "cut_size.svg", metadata={"Date": None})
 

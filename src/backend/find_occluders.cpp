@@ -16,6 +16,8 @@ namespace {
 constexpr std::size_t kMostTriangles = 16384;
 /// An occluder is at least this share of the scene's diagonal wide, squared.
 constexpr float kSmallestArea = 1e-6f;
+/// An edge that more polygons share joins none of them: trying all pairs of what hostile files pile up would take minutes.
+constexpr std::size_t kMostSharing = 8;
 
 struct Polygon {
   std::vector<Vec3> corners;
@@ -129,7 +131,9 @@ class Merging {
   /// Merges polygon i with a neighbour; false if none fits.
   bool grow(std::uint32_t i) {
     for (std::size_t e = 0; e < polygons_[i].corners.size(); ++e) {
-      for (const std::uint32_t other : edges_[edge_of(polygons_[i], e)]) {
+      const std::vector<std::uint32_t>& sharing = edges_[edge_of(polygons_[i], e)];
+      if (sharing.size() > kMostSharing) continue;
+      for (const std::uint32_t other : sharing) {
         Polygon merged;
         if (other == i || !merge(polygons_[i], e, polygons_[other], merged)) continue;
         leave(i);

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <ctime>
 #include <set>
 
 #include "backend/find_occluders.h"
@@ -75,6 +76,20 @@ TEST(FindOccluders, LeavesOutMasksAndMergesWholeGrids) {
   for (const Occluder& o : found) area += o.area;
   EXPECT_FLOAT_EQ(area, 16);
   EXPECT_LE(found.size(), 4u);
+}
+
+TEST(FindOccluders, ManyTrianglesOnOneEdgeTakeLittleTime) {
+  Scene scene;
+  scene.materials.resize(1);
+  Mesh pile;
+  pile.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  pile.triangles.assign(16000, {0, 1, 2});
+  scene.meshes.push_back(pile);
+  scene.instances.push_back({"", 0, {}});
+  const SceneArrays arrays(scene);
+  const std::clock_t start = std::clock();  // processor time: other programs do not count
+  EXPECT_EQ(find_occluders(arrays.view(), 100).size(), 100u);
+  EXPECT_LT(std::clock() - start, 2 * CLOCKS_PER_SEC);  // half a minute when all pairs were tried
 }
 
 /// Every node that is said to be hidden is asked for by rays, light by light.

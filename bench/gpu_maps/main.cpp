@@ -1,5 +1,5 @@
-// Imperfect shadow maps on a GPU: what points, maps, lookups and the study's pull-push cost, in device time, the median of
-// 20 runs after 3 to warm up. Usage: bench_gpu_maps [points|maps|sum|atlas|all] SCENE...   (a built-in scene, or a file)
+// Stages on a GPU: what light trees, points, maps, lookups and the study's pull-push cost, in device time, the median of 20
+// runs after 3 to warm up. Usage: bench_gpu_maps [tree|points|maps|sum|atlas|all] SCENE...   (a built-in scene, or a file)
 
 #include <fmt/format.h>
 
@@ -17,6 +17,7 @@
 #include "cuda/fill_atlas.h"
 #include "cuda/film.h"
 #include "cuda/light_by_maps.h"
+#include "cuda/light_tree.h"
 #include "cuda/vpl_kernels.h"
 #include "lightcuts/io.h"
 
@@ -95,6 +96,19 @@ struct Bench {
 void print_row(const Bench& bench, const std::string& what, double ms, const std::string& note) {
   fmt::print("| {} | {} | {:.3f} | {} |\n", bench.name, what, ms, note);
   std::fflush(stdout);
+}
+
+void time_tree(Bench& bench) {
+  for (const std::uint64_t count : {64u, 2550u, 65536u, 1048576u}) {
+    bench.trace(count);
+    std::uint32_t depth = 0;
+    const auto build = [&] {
+      depth = build_light_trees(bench.device, bench.lights, bench.arrays.view().diagonal, {}).kind[vpl_kind].depth;
+    };
+    const double ms = median_ms(
+        bench.device, [] {}, build);
+    print_row(bench, fmt::format("light tree of {} VPLs", bench.lights.vpl_count), ms, fmt::format("depth {}", depth));
+  }
 }
 
 void time_points(Bench& bench) {
@@ -211,7 +225,7 @@ int main(int argc, char** argv) {
   using namespace lightcuts::cuda;
   try {
     if (argc < 2) {
-      std::fputs("usage: bench_gpu_maps points|maps|sum|atlas|all SCENE...\n", stderr);
+      std::fputs("usage: bench_gpu_maps tree|points|maps|sum|atlas|all SCENE...\n", stderr);
       return 2;
     }
     const std::string what = argv[1];
@@ -220,6 +234,7 @@ int main(int argc, char** argv) {
     if (wanted("atlas")) time_atlas(device);
     for (int i = 2; i < argc; ++i) {
       Bench bench(device, argv[i]);
+      if (wanted("tree")) time_tree(bench);
       if (wanted("points")) time_points(bench);
       if (wanted("sum")) time_sum(bench);
       if (wanted("maps")) time_maps(bench);

@@ -30,9 +30,12 @@ LC_KERNEL FastFloat operator/(FastFloat a, FastFloat b) {
   return FastFloat(a.value / b.value);
 #endif
 }
+/// For v of at least 1e-37: one instruction, where a quotient that minds denormals takes five.
 LC_KERNEL FastFloat reciprocal(FastFloat v) {
 #if defined(__CUDA_ARCH__)
-  return FastFloat(__fdividef(1.0f, v.value));
+  float inverse;
+  asm("rcp.approx.ftz.f32 %0, %1;" : "=f"(inverse) : "f"(v.value));
+  return FastFloat(inverse);
 #else
   return FastFloat(1 / v.value);
 #endif

@@ -3,9 +3,8 @@
 #include <cub/block/block_scan.cuh>
 #include <string>
 
-#include "backend/build_light_tree.h"
-#include "cuda/executor.cuh"
 #include "cuda/staged_light.cuh"
+#include "cuda/tree_rounds.cuh"
 #include "lightcuts/error.h"
 
 namespace lightcuts::cuda {
@@ -14,60 +13,68 @@ namespace {
 constexpr int kWarp = 32;
 constexpr int kSlots = kFrontierSize / kWarp;  ///< of the frontier, in each lane
 
-struct Candidate {
-  float power;  ///< luminance of the node, below 0 for a leaf and for an empty place
-  std::uint32_t slot;
-};
-__device__ inline Candidate better(Candidate a, Candidate b) {
-  return a.power > b.power || (a.power == b.power && a.slot < b.slot) ? a : b;
+__device__ inline std::uint32_t warp_most(std::uint32_t v) {
+#if __CUDA_ARCH__ >= 800
+  return __reduce_max_sync(~0u, v);
+#else
+  for (int step = kWarp / 2; step > 0; step /= 2) v = max_of(v, __shfl_xor_sync(~0u, v, step));
+  return v;
+#endif
 }
 
 /// One warp finds the nodes of an upper level, the brightest split first, and stages their representatives.
 template <int kind>
 __global__ void frontier_kernel(const LightNode* nodes, LightArrays lights, std::uint32_t wanted,
                                 StagedLight* frontier) {
-  const int lane = static_cast<int>(threadIdx.x);
-  std::uint32_t index[kSlots], child[kSlots];
-  float power[kSlots];
-  const auto put = [&](int s, std::uint32_t node) {
-    index[s] = node;
-    child[s] = nodes[node].first_child;
-    power[s] = child[s] == kNone ? -1.0f : max_of(luminance(nodes[node].intensity), 0.0f);
-  };
+  const auto lane = static_cast<std::uint32_t>(threadIdx.x);
+  // Slot s * kWarp + lane; the bits of a power that is not negative are in its order; 0: a leaf, or an empty place.
+  std::uint32_t index[kSlots], child[kSlots], power[kSlots];
 #pragma unroll
   for (int s = 0; s < kSlots; ++s) {
     index[s] = child[s] = kNone;
-    power[s] = -2;
+    power[s] = 0;
   }
+  const auto put = [&](std::uint32_t slot, std::uint32_t node) {
+    const std::uint32_t first_child = nodes[node].first_child;
+    // One is added, so that dark clusters split too, the brightest first all the same.
+    const std::uint32_t bits =
+        first_child == kNone ? 0 : __float_as_uint(max_of(luminance(nodes[node].intensity), 0.0f)) + 1;
+#pragma unroll
+    for (int s = 0; s < kSlots; ++s) {
+      if (slot / kWarp != static_cast<std::uint32_t>(s)) continue;
+      index[s] = node;
+      child[s] = first_child;
+      power[s] = bits;
+    }
+  };
   if (lane == 0) put(0, 0);
   for (std::uint32_t count = 1; count < wanted; ++count) {
-    Candidate best{-2, 0};
+    // The brightest one; of equal ones that in the lowest slot.
+    std::uint32_t most = 0;
 #pragma unroll
-    for (int s = 0; s < kSlots; ++s) best = better(best, {power[s], static_cast<std::uint32_t>(s * kWarp + lane)});
+    for (int s = 0; s < kSlots; ++s) most = max_of(most, power[s]);
+    most = warp_most(most);
+    if (most == 0) break;  // leaves alone
+    std::uint32_t slot = kNone, first = kNone;
 #pragma unroll
-    for (int step = kWarp / 2; step > 0; step /= 2) {
-      const Candidate other{__shfl_xor_sync(~0u, best.power, step), __shfl_xor_sync(~0u, best.slot, step)};
-      best = better(best, other);
+    for (int s = kSlots - 1; s >= 0; --s) {
+      const std::uint32_t owners = __ballot_sync(~0u, power[s] == most);
+      if (owners == 0) continue;
+      const int owner = __ffs(static_cast<int>(owners)) - 1;
+      slot = static_cast<std::uint32_t>(s * kWarp + owner);
+      first = __shfl_sync(~0u, child[s], owner);
     }
-    std::uint32_t first = kNone;
-#pragma unroll
-    for (int s = 0; s < kSlots; ++s) {
-      if (best.slot == static_cast<std::uint32_t>(s * kWarp + lane)) first = child[s];
-    }
-    first = __shfl_sync(~0u, first, static_cast<int>(best.slot % kWarp));
-    if (first == kNone) break;  // leaves alone
-#pragma unroll
-    for (int s = 0; s < kSlots; ++s) {
-      const auto slot = static_cast<std::uint32_t>(s * kWarp + lane);
-      if (slot == best.slot) put(s, first);
-      if (slot == count) put(s, first + 1);
-    }
+    // Both children at once, so that their loads are one wait; one lane may be that of both.
+    const bool takes = slot % kWarp == lane, adds = count % kWarp == lane;
+    if (takes && adds) put(slot, first);
+    if (takes || adds) put(adds ? count : slot, adds ? first + 1 : first);
   }
 #pragma unroll
   for (int s = 0; s < kSlots; ++s) {
     if (index[s] == kNone) continue;
     const LightNode& node = nodes[index[s]];
-    frontier[s * kWarp + lane] = stage_light<kind>(lights, node.representative, node.intensity);
+    frontier[static_cast<std::uint32_t>(s * kWarp) + lane] =
+        stage_light<kind>(lights, node.representative, node.intensity);
   }
 }
 
@@ -125,8 +132,8 @@ DeviceTree build_one(Device& device, const DeviceBuffer<Light>& lights, std::uin
                                             " lights of one kind, but there are " + std::to_string(count) +
                                             ": use fewer VPLs.");
   }
-  CudaExecutor exec(device);
-  BuiltLightTree<CudaExecutor> built = build_light_tree(exec, lights.data(), count, options);
+  TreeExecutor exec(device);
+  BuiltLightTree<TreeExecutor> built = build_light_tree(exec, lights.data(), count, options);
   DeviceTree tree;
   tree.storage = std::move(built.storage);
   tree.leaf_count = built.leaf_count;

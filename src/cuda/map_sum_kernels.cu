@@ -30,77 +30,128 @@ struct Sums {
   }
 };
 
-/// A VPL and its map as the inner loop reads them; the axis is the map's.
+// --- VPLs: one thread a pixel, lights through shared memory ---
+
+/// A VPL and its map as the inner loop reads them, 16 bytes at a time; the axis is the map's.
 struct alignas(16) LitVpl {
   Vec3 position;
   float unused;
+  Vec3 z;
+  float steps;  ///< as MapRecord
+  Vec3 x;
+  float bias_steps;
+  Vec3 y;
+  std::uint32_t has_map;  ///< 0: all of its light arrives
   Vec3 intensity;
-  std::uint32_t slot;  ///< kNone: no map, all of its light arrives
-  MapRecord map;
+  float padding;
+  const void* codes;
 };
 
+/// A pixel as the inner loop reads it; the normals are negated, towards the way that light comes.
+struct LitPixel {
+  Vec3 position, ns, ng;
+};
+
+template <class Depth>
 __device__ LitVpl load_vpl(const Vpl* lights, const MapSetView& maps, std::uint32_t i) {
-  LitVpl lit;
+  LitVpl lit{};
   const Vpl light = lights[i];
   lit.position = light.position;
   lit.intensity = light.intensity;
+  lit.z = light.axis;
   const std::uint32_t slot = maps.vpl_slots[i];
-  lit.slot = slot;
-  if (slot == kNone) {
-    lit.map.z = light.axis;
-  } else {
-    lit.map = maps.records[slot];
-  }
+  lit.has_map = slot == kNone ? 0 : 1;
+  if (slot == kNone) return lit;
+  const MapRecord map = maps.records[slot];
+  lit.z = map.z;
+  lit.steps = map.steps;
+  lit.x = map.x;
+  lit.bias_steps = map.bias_steps;
+  lit.y = map.y;
+  lit.codes = static_cast<const Depth*>(maps.codes) + static_cast<std::size_t>(slot) * (maps.size * maps.size);
   return lit;
 }
 
-template <class Depth, int Size>
-__device__ void add_vpl(const PixelReceiver& receiver, const LitVpl& lit, const MapSetView& maps, float min_distance_sq,
-                        Sums& sums) {
-  const VplFactor<float> factor = vpl_factor(receiver, lit.position, lit.map.z, min_distance_sq);
-  if (!(factor.clamped > 0)) return;
+/// Adds what arrives of a VPL's light. `flat`: both of the pixel's normals agree.
+template <class Depth, int Size, bool flat>
+__device__ void add_vpl(const LitPixel& pixel, const LitVpl& lit, int size, float min_distance_sq, Sums& sums) {
+  const Vec3 travel = pixel.position - lit.position;
+  const float cos_light = dot(lit.z, travel), cos_receiver = dot(pixel.ns, travel);  // times the distance
+  const float along = flat ? cos_receiver : dot(pixel.ng, travel);
+  if (!(cos_light > 0 && cos_receiver > 0 && (flat || along > 0))) return;
+  const float distance_sq = length_sq(travel), cosines = cos_light * cos_receiver;
+  float factor =
+      cosines * detail::quick_reciprocal(distance_sq * detail::larger(distance_sq, min_distance_sq) + kTinyDistance4);
   float share = 1;
-  if (lit.slot != kNone) {
-    const int size = Size > 0 ? Size : maps.size;
-    const Depth* const codes =
-        static_cast<const Depth*>(maps.codes) + static_cast<std::size_t>(lit.slot) * (size * size);
-    share = look_up_map<Depth, true, Size>(lit.map, to_map(lit.map, receiver.position), receiver.ng, size, codes);
+  if (lit.has_map != 0) {
+    MapRecord map;
+    map.steps = lit.steps;
+    map.bias_steps = lit.bias_steps;
+    // From the light itself and not from the map's origin: they differ by rounding.
+    const Vec3 local{dot(travel, lit.x), dot(travel, lit.y), cos_light};
+    const Vec3 normal{dot(pixel.ng, lit.x), dot(pixel.ng, lit.y), dot(pixel.ng, lit.z)};
+    __builtin_assume(__isGlobal(lit.codes));  // or its loads would be those that look for shared memory too
+    share =
+        look_up_facing<Depth, Size>(map, local, normal, distance_sq, along, size, static_cast<const Depth*>(lit.codes));
   }
-  sums.block += lit.intensity * (factor.clamped * share);
-  if (factor.distance_sq < min_distance_sq) {
-    // Without a clamp, computed here: it is rare.
-    const float unclamped = vpl_factor(receiver, lit.position, lit.map.z, 0.0f).clamped;
-    sums.block_lost += luminance(lit.intensity) * ((unclamped - factor.clamped) * share);
+  if (distance_sq < min_distance_sq) {
+    const float unclamped = cosines * detail::quick_reciprocal(distance_sq * distance_sq + kTinyDistance4);
+    sums.block_lost += luminance(lit.intensity) * ((unclamped - factor) * share);
+  }
+  factor *= share;
+  sums.block.x = fmaf(lit.intensity.x, factor, sums.block.x);
+  sums.block.y = fmaf(lit.intensity.y, factor, sums.block.y);
+  sums.block.z = fmaf(lit.intensity.z, factor, sums.block.z);
+}
+
+/// The lights of a tile; those beyond its end have no axis, so that they do nothing.
+template <class Depth, int Size, bool flat>
+__device__ void add_tile(const LitPixel& pixel, const LitVpl* tile, int size, float min_distance_sq, Sums& sums) {
+#pragma unroll 4
+  for (std::uint32_t i = 0; i < kTileLights; ++i) {
+    add_vpl<Depth, Size, flat>(pixel, tile[i], size, min_distance_sq, sums);
   }
 }
 
-/// One thread a pixel; a block of threads shares the lights that it loads.
 template <class Depth, int Size>
-__global__ void __launch_bounds__(kThreads, 8)
+__global__ void __launch_bounds__(kThreads, 10)
     sum_vpls_kernel(PixelView pixels, std::uint32_t slots, const Vpl* __restrict__ lights, std::uint32_t first,
                     std::uint32_t last, MapSetView maps, float min_distance_sq, SumView out) {
-  __shared__ LitVpl tile[kTileLights];
+  __shared__ __align__(16) unsigned char storage[kTileLights * sizeof(LitVpl)];
+  auto* const tile = reinterpret_cast<LitVpl*>(storage);
   const std::uint32_t slot = blockIdx.x * kThreads + threadIdx.x;
-  PixelReceiver receiver{};
-  Sums sums;
   const bool inside = slot < slots;
+  LitPixel pixel{};
+  Sums sums;
   if (inside) {
-    receiver = {pixels.position[slot], pixels.ns[slot], pixels.ng[slot]};
+    pixel = {pixels.position[slot], -pixels.ns[slot], -pixels.ng[slot]};
     sums.total = out.light[slot];
     sums.lost = out.lost[slot];
   }
+  const bool flat = __all_sync(~0u, pixel.ns == pixel.ng) != 0;
   for (std::uint32_t begin = first; begin < last; begin += kTileLights) {
-    const std::uint32_t count = min(last - begin, kTileLights);
     __syncthreads();
-    if (threadIdx.x < count) tile[threadIdx.x] = load_vpl(lights, maps, begin + threadIdx.x);
+    if (threadIdx.x < kTileLights) {
+      tile[threadIdx.x] = begin + threadIdx.x < last ? load_vpl<Depth>(lights, maps, begin + threadIdx.x) : LitVpl{};
+    }
     __syncthreads();
-    for (std::uint32_t i = 0; i < count; ++i) add_vpl<Depth, Size>(receiver, tile[i], maps, min_distance_sq, sums);
+    if (flat) {
+      add_tile<Depth, Size, true>(pixel, tile, maps.size, min_distance_sq, sums);
+    } else {
+      add_tile<Depth, Size, false>(pixel, tile, maps.size, min_distance_sq, sums);
+    }
     if ((begin + kTileLights - first) % kBlockLights == 0) sums.close_block();
   }
   sums.close_block();
   if (!inside) return;
   out.light[slot] = sums.total;
   out.lost[slot] = sums.lost;
+}
+
+// --- Other lights: one thread a pixel ---
+
+__device__ PixelReceiver load_receiver(const PixelView& pixels, std::uint32_t slot) {
+  return {pixels.position[slot], pixels.ns[slot], pixels.ng[slot]};
 }
 
 struct PointTerm {
@@ -133,7 +184,7 @@ __global__ void __launch_bounds__(kThreads)
                       MapSetView maps, SumView out) {
   const std::uint32_t slot = blockIdx.x * kThreads + threadIdx.x;
   if (slot >= slots) return;
-  const PixelReceiver receiver = {pixels.position[slot], pixels.ns[slot], pixels.ng[slot]};
+  const PixelReceiver receiver = load_receiver(pixels, slot);
   if (receiver.ns == Vec3{}) return;
   Sums sums;
   sums.total = out.light[slot];

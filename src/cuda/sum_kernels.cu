@@ -108,80 +108,153 @@ __global__ void __launch_bounds__(kSumThreads)
 }
 
 // --- VPLs without visibility: several pixels a thread, lights through shared memory ---
+//
+// Issue slots bound this loop (docs/results/gpu.md counts them): what a light has for a whole block of pixels is found
+// out once, where it is staged. Only lights that may be nearer to some pixel than the clamp are asked for it.
 
 constexpr int kFlatThreads = 128;
 constexpr int kPixelsEach = 4;
+constexpr int kFlatWarps = kFlatThreads / 32;
+/// Lights nearer than this to a block's pixels are taken with care: fourth powers of smaller distances vanish [m^2].
+constexpr float kCarefulDistanceSq = 1e-12f;
 
-/// Adds one VPL to a pixel. `Flat`: both of the pixel's normals agree.
+/// A pixel as the inner loop reads it; the normals are negated, towards the way that light comes.
+struct FlatReceiver {
+  Vec3 position, ns, ng;
+};
+
+/// What all lights of a block of 256 have, as the inner loop reads it.
+struct StagedVpls {
+  float4 position_red[kBlockLights], axis_green[kBlockLights];
+  float2 blue_near[kBlockLights];  ///< second: 1 where it may be nearer than the clamp to one of the pixels
+};
+
+/// Cosines at both ends times the squared distance. `flat`: both of the pixel's normals agree.
 template <bool flat>
-__device__ inline void add_vpl(const Receiver<FastFloat>& receiver, const float4& a, const float4& b, float blue,
-                               float min_distance_sq, Vec3& sum, float& lost) {
-  const Vec3T<FastFloat> position = fast({a.x, a.y, a.z}), axis = fast({b.x, b.y, b.z});
-  const Vec3T<FastFloat> to_light = position - receiver.position;
-  const float distance_sq = length_sq(to_light).value;
-  const float cos_receiver =
-      flat ? receiver_cosine(Receiver<FastFloat, true>{receiver.position, receiver.ns, receiver.ns}, to_light).value
-           : receiver_cosine(receiver, to_light).value;
-  const float cosines = cos_receiver * fmaxf(-dot(axis, to_light).value, 0.0f);
-  const float factor =
-      cosines * reciprocal(FastFloat(fmaf(distance_sq, fmaxf(distance_sq, min_distance_sq), kTinyDistance4))).value;
+__device__ inline float pair_cosines(const FlatReceiver& receiver, Vec3 axis, Vec3 travel) {
+  float cos_receiver = fmaxf(dot(receiver.ns, travel), 0.0f);
+  if constexpr (!flat) cos_receiver = dot(receiver.ng, travel) > 0 ? cos_receiver : 0.0f;
+  return cos_receiver * fmaxf(dot(axis, travel), 0.0f);
+}
+
+__device__ inline float inverse(float v) { return reciprocal(FastFloat(v)).value; }
+
+/// Adds one VPL, anywhere, to a pixel.
+template <bool flat>
+__device__ void add_near_vpl(const FlatReceiver& receiver, const float4& a, const float4& b, float blue,
+                             float min_distance_sq, Vec3& sum, float& lost) {
+  const Vec3 travel = receiver.position - Vec3{a.x, a.y, a.z};
+  const float distance_sq = length_sq(travel), cosines = pair_cosines<flat>(receiver, {b.x, b.y, b.z}, travel);
+  const float factor = cosines * inverse(fmaf(distance_sq, fmaxf(distance_sq, min_distance_sq), kTinyDistance4));
+  const Vec3 intensity{a.w, b.w, blue};
+  sum += intensity * factor;
+  if (distance_sq < min_distance_sq) {
+    lost += luminance(intensity) * (cosines * inverse(distance_sq * distance_sq + kTinyDistance4) - factor);
+  }
+}
+
+/// Adds one VPL that is farther than the clamp.
+template <bool flat>
+__device__ inline void add_far_vpl(const FlatReceiver& receiver, const float4& a, const float4& b, float blue,
+                                   Vec3& sum) {
+  const Vec3 travel = receiver.position - Vec3{a.x, a.y, a.z};
+  const float distance_sq = length_sq(travel);
+  const float factor = pair_cosines<flat>(receiver, {b.x, b.y, b.z}, travel) * inverse(distance_sq * distance_sq);
   sum.x = fmaf(a.w, factor, sum.x);
   sum.y = fmaf(b.w, factor, sum.y);
   sum.z = fmaf(blue, factor, sum.z);
-  if (distance_sq < min_distance_sq) {
-    const float unclamped = cosines * reciprocal(FastFloat(distance_sq * distance_sq + kTinyDistance4)).value;
-    lost += luminance(Vec3{a.w, b.w, blue}) * (unclamped - factor);
-  }
 }
 
 template <bool flat>
-__device__ inline void add_block(const Receiver<FastFloat> (&receivers)[kPixelsEach], const float4* a, const float4* b,
-                                 const float* blue, std::uint32_t count, float min_distance_sq,
-                                 Vec3 (&sums)[kPixelsEach], float (&lost)[kPixelsEach]) {
+__device__ inline void add_block(const FlatReceiver (&receivers)[kPixelsEach], const StagedVpls& lights,
+                                 std::uint32_t count, float min_distance_sq, Vec3 (&sums)[kPixelsEach],
+                                 float (&lost)[kPixelsEach]) {
 #pragma unroll 2
   for (std::uint32_t i = 0; i < count; ++i) {
-    const float4 la = a[i], lb = b[i];
-    const float lc = blue[i];
+    const float4 a = lights.position_red[i], b = lights.axis_green[i];
+    const float2 c = lights.blue_near[i];
+    if (c.y == 0) {
 #pragma unroll
-    for (int k = 0; k < kPixelsEach; ++k) add_vpl<flat>(receivers[k], la, lb, lc, min_distance_sq, sums[k], lost[k]);
+      for (int k = 0; k < kPixelsEach; ++k) add_far_vpl<flat>(receivers[k], a, b, c.x, sums[k]);
+    } else {
+#pragma unroll
+      for (int k = 0; k < kPixelsEach; ++k) {
+        add_near_vpl<flat>(receivers[k], a, b, c.x, min_distance_sq, sums[k], lost[k]);
+      }
+    }
   }
 }
 
-__global__ void __launch_bounds__(kFlatThreads, 5)
+__device__ inline Box warp_union(Box box) {
+#pragma unroll
+  for (int step = 16; step > 0; step /= 2) {
+    box = extend(box, Box{{__shfl_xor_sync(~0u, box.lo.x, step), __shfl_xor_sync(~0u, box.lo.y, step),
+                           __shfl_xor_sync(~0u, box.lo.z, step)},
+                          {__shfl_xor_sync(~0u, box.hi.x, step), __shfl_xor_sync(~0u, box.hi.y, step),
+                           __shfl_xor_sync(~0u, box.hi.z, step)}});
+  }
+  return box;
+}
+
+/// Puts lights where the block's threads read them.
+__device__ inline void stage_vpls(const Vpl* lights, std::uint32_t count, const Box& pixels, float near_sq,
+                                  StagedVpls& staged) {
+  for (std::uint32_t i = threadIdx.x; i < count; i += kFlatThreads) {
+    const Vpl light = lights[i];
+    const Vec3 gap = max_of(max_of(pixels.lo - light.position, light.position - pixels.hi), Vec3{});
+    staged.position_red[i] = {light.position.x, light.position.y, light.position.z, light.intensity.x};
+    staged.axis_green[i] = {light.axis.x, light.axis.y, light.axis.z, light.intensity.y};
+    staged.blue_near[i] = {light.intensity.z, length_sq(gap) < near_sq ? 1.0f : 0.0f};
+  }
+}
+
+__global__ void __launch_bounds__(kFlatThreads, 3)
     sum_vpls_kernel(PixelView pixels, std::uint32_t slots, const Vpl* __restrict__ lights, std::uint32_t first,
                     std::uint32_t last, float min_distance_sq, SumView sums) {
-  __shared__ float4 a[kBlockLights], b[kBlockLights];
-  __shared__ float blue[kBlockLights];
+  __shared__ StagedVpls staged;
+  __shared__ Box boxes[kFlatWarps];
   const std::uint32_t begin = blockIdx.x * (kFlatThreads * kPixelsEach) + threadIdx.x;
-  Receiver<FastFloat> receivers[kPixelsEach];
-  bool flat = true;
+  FlatReceiver receivers[kPixelsEach];
+  bool flat = true, lit[kPixelsEach];
+  Box box;
 #pragma unroll
   for (int k = 0; k < kPixelsEach; ++k) {
     const std::uint32_t slot = begin + static_cast<std::uint32_t>(k * kFlatThreads);
-    const bool inside = slot < slots;
-    const Vec3 ns = inside ? pixels.ns[slot] : Vec3{}, ng = inside ? pixels.ng[slot] : Vec3{};
-    receivers[k] = {fast(inside ? pixels.position[slot] : Vec3{}), fast(ns), fast(ng)};
-    flat = flat && ns == ng;
+    const Vec3 ns = slot < slots ? pixels.ns[slot] : Vec3{};
+    lit[k] = !(ns == Vec3{});
+    if (lit[k]) {
+      const Vec3 ng = pixels.ng[slot];
+      receivers[k] = {pixels.position[slot], -ns, -ng};
+      flat = flat && ns == ng;
+      box = extend(box, receivers[k].position);
+    }
   }
   flat = __all_sync(~0u, flat) != 0;
+  box = warp_union(box);
+  if (threadIdx.x % 32 == 0) boxes[threadIdx.x / 32] = box;
+  __syncthreads();
+#pragma unroll
+  for (int w = 0; w < kFlatWarps; ++w) box = extend(box, boxes[w]);
+  if (is_empty(box)) return;  // the whole block
+#pragma unroll
+  for (int k = 0; k < kPixelsEach; ++k) {
+    // No light reaches these; at a place where nothing overflows.
+    if (!lit[k]) receivers[k] = {box.lo, {}, {}};
+  }
+  const float near_sq = fmaxf(1.001f * min_distance_sq, kCarefulDistanceSq);
   Vec3T<double> total[kPixelsEach]{};
   double lost_total[kPixelsEach]{};
   for (std::uint32_t block = first; block < last; block += kBlockLights) {
     const std::uint32_t count = min_of(last - block, kBlockLights);
     __syncthreads();
-    for (std::uint32_t i = threadIdx.x; i < count; i += kFlatThreads) {
-      const Vpl light = lights[block + i];
-      a[i] = {light.position.x, light.position.y, light.position.z, light.intensity.x};
-      b[i] = {light.axis.x, light.axis.y, light.axis.z, light.intensity.y};
-      blue[i] = light.intensity.z;
-    }
+    stage_vpls(lights + block, count, box, near_sq, staged);
     __syncthreads();
     Vec3 sum[kPixelsEach]{};
     float lost[kPixelsEach]{};
     if (flat) {
-      add_block<true>(receivers, a, b, blue, count, min_distance_sq, sum, lost);
+      add_block<true>(receivers, staged, count, min_distance_sq, sum, lost);
     } else {
-      add_block<false>(receivers, a, b, blue, count, min_distance_sq, sum, lost);
+      add_block<false>(receivers, staged, count, min_distance_sq, sum, lost);
     }
 #pragma unroll
     for (int k = 0; k < kPixelsEach; ++k) {
@@ -191,8 +264,8 @@ __global__ void __launch_bounds__(kFlatThreads, 5)
   }
 #pragma unroll
   for (int k = 0; k < kPixelsEach; ++k) {
+    if (!lit[k]) continue;
     const std::uint32_t slot = begin + static_cast<std::uint32_t>(k * kFlatThreads);
-    if (slot >= slots) continue;
     sums.light[slot] += total[k];
     sums.lost[slot] += lost_total[k];
   }

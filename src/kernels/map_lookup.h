@@ -216,6 +216,23 @@ LC_KERNEL std::uint32_t border_taps_blocked(const TapTest<float>& test, const Bi
   return blocked;
 }
 
+/// Asks the five taps of the texel `at`, none of them beyond the map.
+template <class Depth, bool Paraboloid>
+LC_KERNEL std::uint32_t inner_taps_blocked(const TapTest<float>& test, const BiasedCode<Depth>& reach, int side,
+                                           const Depth* at) {
+  std::uint32_t blocked = tap_blocked<Paraboloid>(test, test.change, reach(at[0]));
+  blocked += tap_blocked<Paraboloid>(test, test.change + test.change_x, reach(at[1]));
+  blocked += tap_blocked<Paraboloid>(test, test.change - test.change_x, reach(at[-1]));
+  blocked += tap_blocked<Paraboloid>(test, test.change + test.change_y, reach(at[side]));
+  blocked += tap_blocked<Paraboloid>(test, test.change - test.change_y, reach(at[-side]));
+  return blocked;
+}
+
+/// Of five taps, the share that passes.
+LC_KERNEL float share_of(std::uint32_t blocked) {
+  return (kWholeMagic + 5 - float_of(kWholeBits | blocked)) * (1.0f / kTaps);
+}
+
 /// Asks the five taps; `Size` 0: as `size` says, which must be a power of two or `Size`.
 template <class Depth, bool Paraboloid, int Size>
 LC_KERNEL float ask_taps(const TapTest<float>& test, int size, const Depth* codes) {
@@ -223,19 +240,60 @@ LC_KERNEL float ask_taps(const TapTest<float>& test, int size, const Depth* code
   const std::uint32_t x = bits_of(test.x) - kWholeBits, y = bits_of(test.y) - kWholeBits;
   const auto inner = static_cast<std::uint32_t>(side - 2);
   const BiasedCode<Depth> reach(test.bias);
-  std::uint32_t blocked = 0;
   if (x - 1 < inner && y - 1 < inner) {
     const Depth* const at = codes + (y * static_cast<std::uint32_t>(side) + x);
-    blocked = tap_blocked<Paraboloid>(test, test.change, reach(at[0]));
-    blocked += tap_blocked<Paraboloid>(test, test.change + test.change_x, reach(at[1]));
-    blocked += tap_blocked<Paraboloid>(test, test.change - test.change_x, reach(at[-1]));
-    blocked += tap_blocked<Paraboloid>(test, test.change + test.change_y, reach(at[side]));
-    blocked += tap_blocked<Paraboloid>(test, test.change - test.change_y, reach(at[-side]));
-  } else {
-    blocked =
-        border_taps_blocked<Depth, Paraboloid>(test, reach, static_cast<int>(x), static_cast<int>(y), side, codes);
+    return share_of(inner_taps_blocked<Depth, Paraboloid>(test, reach, side, at));
   }
-  return (kWholeMagic + 5 - float_of(kWholeBits | blocked)) * (1.0f / kTaps);
+  return share_of(
+      border_taps_blocked<Depth, Paraboloid>(test, reach, static_cast<int>(x), static_cast<int>(y), side, codes));
+}
+
+/// Taps whose texel, by rounding, can lie just beyond the map.
+struct FacingTaps {
+  TapTest<float> test;
+  float out;  ///< from the map's middle, by the larger coordinate, the border being at 1
+};
+
+/// paraboloid_taps of a receiver in front of a light that it faces, without the limits that it then needs not.
+LC_KERNEL FacingTaps facing_taps(const MapRecord& map, Vec3 local, Vec3 normal, float distance_sq, float along,
+                                 int size) {
+  const float texel = 2.0f / static_cast<float>(size), half = 0.5f * static_cast<float>(size);
+  const float inverse = quick_inverse_root(larger(distance_sq, 1e-30f));
+  const float distance = distance_sq * inverse, sum = distance + local.z, scale = quick_reciprocal(sum);
+  const float u = local.x * scale, v = local.y * scale;
+  const float facing = along * inverse;
+  const float slope = (texel * sum) * (inverse * quick_reciprocal(larger(facing, kLeastFacing)));
+  const float minus_along = -facing - normal.z;
+  const float place_x = u * half + (half - 0.5f), place_y = v * half + (half - 0.5f);
+  FacingTaps taps;
+  TapTest<float>& test = taps.test;
+  test.minus_depth = -distance * map.steps;
+  test.bias = sum * map.bias_steps + 1;
+  test.change_x = slope * (u * minus_along + normal.x);
+  test.change_y = slope * (v * minus_along + normal.y);
+  test.x = place_x + kWholeMagic;
+  test.y = place_y + kWholeMagic;
+  const float rest_x = (test.x - kWholeMagic) - place_x, rest_y = (test.y - kWholeMagic) - place_y;
+  test.change = test.change_x * rest_x + (test.change_y * rest_y + 1);
+  taps.out = larger(std::fabs(u), std::fabs(v));
+  return taps;
+}
+
+template <class Depth, int Size>
+LC_KERNEL float ask_facing_taps(const FacingTaps& taps, int size, const Depth* codes) {
+  const int side = Size > 0 ? Size : size;
+  TapTest<float> test = taps.test;
+  const BiasedCode<Depth> reach(test.bias);
+  // Not at the border, by more than rounding.
+  if (taps.out < (1 - 1e-6f) - 2.0f / static_cast<float>(side)) {
+    const std::uint32_t x = bits_of(test.x) - kWholeBits, y = bits_of(test.y) - kWholeBits;
+    const Depth* const at = codes + (y * static_cast<std::uint32_t>(side) + x);
+    return share_of(inner_taps_blocked<Depth, true>(test, reach, side, at));
+  }
+  const float last = static_cast<float>(side - 1), at_x = test.x - kWholeMagic, at_y = test.y - kWholeMagic;
+  const float x = smaller(larger(at_x, 0.0f), last), y = smaller(larger(at_y, 0.0f), last);
+  test.change += (x - at_x) * test.change_x + (y - at_y) * test.change_y;
+  return share_of(border_taps_blocked<Depth, true>(test, reach, static_cast<int>(x), static_cast<int>(y), side, codes));
 }
 
 }  // namespace detail
@@ -259,6 +317,19 @@ LC_KERNEL float look_up_map(const MapRecord& map, Vec3 local, Vec3 ng, int size,
   const detail::TapTest<float> test = Paraboloid ? detail::paraboloid_taps(map, local, normal, side)
                                                  : detail::orthographic_taps(map, local, normal, side);
   return detail::ask_taps<Depth, Paraboloid, Size>(test, side, codes);
+}
+
+/// The same for loops that know more of a receiver: it lies in front of a VPL, and its surface faces the light.
+///
+/// @param normal       dots with the map's axes of its unit geometric normal, turned away from the light
+/// @param distance_sq  dot(local, local)
+/// @param along        dot(local, normal), above 0, as local.z is
+template <class Depth, int Size = 0>
+LC_KERNEL float look_up_facing(const MapRecord& map, Vec3 local, Vec3 normal, float distance_sq, float along, int size,
+                               const Depth* codes) {
+  const int side = Size > 0 ? Size : size;
+  return detail::ask_facing_taps<Depth, Size>(detail::facing_taps(map, local, normal, distance_sq, along, side), side,
+                                              codes);
 }
 
 /// The maps of some lights. Slots name maps: slot s has records[s] and the codes from s * size^2 on.

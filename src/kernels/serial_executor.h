@@ -10,7 +10,7 @@ namespace lightcuts {
 /// Runs the algorithms that are written over an executor on one CPU thread: how CI checks the text that CUDA runs.
 ///
 /// An executor offers allocate<T>(n) (data(), size(), movable), for_each(n, f) calling f(i) for every i in any order,
-/// exclusive_scan (returns the total), sort_pairs (stable, by key), and copies from and to the host.
+/// exclusive_scan (returns the total), sort_pairs and sort_words (stable), and copies from and to the host.
 class SerialExecutor {
  public:
   template <class T>
@@ -43,6 +43,13 @@ class SerialExecutor {
     const T last = in[n - 1];
     std::exclusive_scan(in, in + n, out, T{});
     return out[n - 1] + last;
+  }
+
+  /// Sorts words by their bits from `begin` to before `end`; equal ones keep their order.
+  void sort_words(Buffer<std::uint64_t>& words, int begin, int end) {
+    const std::uint64_t mask = end - begin == 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << (end - begin)) - 1;
+    std::stable_sort(words.begin(), words.end(),
+                     [&](std::uint64_t a, std::uint64_t b) { return (a >> begin & mask) < (b >> begin & mask); });
   }
 
   /// Sorts values by their keys; equal keys keep their order.

@@ -69,19 +69,30 @@ struct NodeParent {
   std::uint32_t id, step;
 };
 
-/// Nodes by id: leaves 0 to n - 1 in the order of the curve, then the merged ones in the order of their making. Until it
-/// is placed, a merged node's first_child is the id of the child that carries the representative.
+/// The children of a merged node, the one that carries the representative first.
+struct NodeChildren {
+  std::uint32_t first, second;
+};
+
+/// Two nodes as one, before it has an id.
+struct MergedNode {
+  LightNode node;
+  NodeMaking making;
+  NodeChildren children;
+  std::uint32_t first_leaves;  ///< of the first child
+  bool first_block_first;      ///< of the children's blocks
+};
+
+/// Nodes by id: leaves 0 to n - 1 in the order of the curve, then the merged ones in the order of their making.
 struct NodesMaking {
   LightNode* nodes;
-  NodeMaking* more;            ///< of merged node k; a leaf's follows from its node
-  NodeParent* parents;         ///< of merged node k
-  std::uint32_t* other_child;  ///< of merged node k: its second child; the top bit: it was the lower one in the array
+  NodeMaking* more;        ///< of merged node k; a leaf's follows from its node
+  NodeParent* parents;     ///< of merged node k
+  NodeChildren* children;  ///< of merged node k
   MetricScale scale;
   const LightSummary* summary;
   std::uint64_t seed;
   std::uint32_t leaf_count;
-
-  static constexpr std::uint32_t kLowerBit = 1u << 31;
 
   [[nodiscard]] LC_KERNEL LightCluster cluster(std::uint32_t id) const {
     const LightNode& n = nodes[id];
@@ -104,12 +115,13 @@ struct NodesMaking {
     rest = static_cast<float>(exact - sum);
   }
 
-  /// Makes node `id` of p and q, p being the lower one in the array.
-  LC_KERNEL void merge(std::uint32_t id, std::uint32_t p_id, std::uint32_t q_id) const {
+  /// p and q as one, p being the lower one in the array.
+  [[nodiscard]] LC_KERNEL MergedNode combine(std::uint32_t p_id, std::uint32_t q_id) const {
     const LightNode p = nodes[p_id], q = nodes[q_id];
     const NodeMaking mp = making_of(p_id, p), mq = making_of(q_id, q);
-    LightNode node;
-    NodeMaking making;
+    MergedNode merged;
+    LightNode& node = merged.node;
+    NodeMaking& making = merged.making;
     node.box = extend(p.box, q.box);
     const DirectionCone cone = unite(DirectionCone{p.axis, p.cos_half_angle}, DirectionCone{q.axis, q.cos_half_angle});
     node.axis = cone.axis;
@@ -130,15 +142,22 @@ struct NodesMaking {
     const bool p_wins = lower_wins == p_lower;
     node.representative = p_wins ? p.representative : q.representative;
     node.first_child = p_wins ? p_id : q_id;
-    nodes[id] = node;
-    more[id - leaf_count] = making;
-    other_child[id - leaf_count] = p_wins ? q_id : p_id | kLowerBit;
+    merged.children = {p_wins ? p_id : q_id, p_wins ? q_id : p_id};
+    // The smaller one's block comes first; of equal ones that of the lower one in the array.
+    merged.first_block_first = (p.leaf_count <= q.leaf_count) == p_wins;
+    merged.first_leaves = p_wins ? p.leaf_count : q.leaf_count;
+    return merged;
+  }
 
-    // Of the children's blocks the smaller one comes first; of equal ones that of the lower one in the array.
-    const bool p_first = p.leaf_count <= q.leaf_count;
-    const std::uint32_t behind = 2 * (p_first ? p.leaf_count : q.leaf_count);
-    if (!p.is_leaf()) parents[p_id - leaf_count] = {id, p_first ? 2 : behind};
-    if (!q.is_leaf()) parents[q_id - leaf_count] = {id, p_first ? behind : 2};
+  /// Makes it node `id`.
+  LC_KERNEL void put(std::uint32_t id, const MergedNode& merged) const {
+    nodes[id] = merged.node;
+    more[id - leaf_count] = merged.making;
+    children[id - leaf_count] = merged.children;
+    const std::uint32_t leaves = merged.first_leaves, others = merged.node.leaf_count - leaves;
+    const std::uint32_t first = merged.children.first, second = merged.children.second;
+    if (first >= leaf_count) parents[first - leaf_count] = {id, merged.first_block_first ? 2 : 2 * others};
+    if (second >= leaf_count) parents[second - leaf_count] = {id, merged.first_block_first ? 2 * leaves : 2};
   }
 };
 
@@ -350,7 +369,7 @@ struct MergePairs {
     std::uint32_t id = ids[i];
     if ((flag >> 32) != 0) {
       const std::uint32_t parent = first_new_id + static_cast<std::uint32_t>(place >> 32);
-      making.merge(parent, id, ids[i + static_cast<std::uint32_t>(offsets[i])]);
+      making.put(parent, making.combine(id, ids[i + static_cast<std::uint32_t>(offsets[i])]));
       id = parent;
     }
     next_ids[static_cast<std::uint32_t>(place)] = id;
@@ -359,36 +378,51 @@ struct MergePairs {
 
 // --- The order in memory ---
 
-/// Writes the children of a merged node where they belong, and the root. A node is no farther from the root than there were
-/// rounds, so that each can find its own way up.
+/// Where a merged node's children belong.
+struct ChildPlaces {
+  std::uint32_t id[2];
+  std::uint32_t block;           ///< place of the first; the second follows
+  std::uint32_t first_child[2];  ///< of each, kNone: a leaf
+};
+
+/// Of merged node k. It is no farther from the root than there were rounds, so that each can find its own way up.
+LC_KERNEL ChildPlaces child_places(const NodesMaking& making, std::uint32_t k) {
+  const std::uint32_t root = making.leaf_count - 2;
+  ChildPlaces places;
+  places.block = 1;
+  for (std::uint32_t at = k; at != root;) {
+    const NodeParent parent = making.parents[at];
+    places.block += parent.step;
+    at = parent.id - making.leaf_count;
+  }
+  const NodeChildren children = making.children[k];
+  places.id[0] = children.first;
+  places.id[1] = children.second;
+  for (int c = 0; c < 2; ++c) {
+    const bool leaf = places.id[c] < making.leaf_count;
+    places.first_child[c] = leaf ? kNone : places.block + making.parents[places.id[c] - making.leaf_count].step;
+  }
+  return places;
+}
+
+/// Writes the children of a merged node where they belong, and the root.
 struct PlaceChildren {
   NodesMaking making;
   LightNode* placed;
 
   LC_KERNEL void operator()(std::uint32_t k) const {
-    const std::uint32_t last = making.leaf_count - 2;  // the root
-    std::uint32_t block = 1;
-    for (std::uint32_t at = k; at != last;) {
-      const NodeParent parent = making.parents[at];
-      block += parent.step;
-      at = parent.id - making.leaf_count;
+    const ChildPlaces places = child_places(making, k);
+    for (std::uint32_t c = 0; c < 2; ++c) {
+      LightNode node = making.nodes[places.id[c]];
+      node.first_child = places.first_child[c];
+      placed[places.block + c] = node;
     }
-    const std::uint32_t word = making.other_child[k], id = making.leaf_count + k;
-    const std::uint32_t carrier = making.nodes[id].first_child, other = word & ~NodesMaking::kLowerBit;
-    const bool other_lower = (word & NodesMaking::kLowerBit) != 0;
-    LightNode first = making.nodes[carrier], second = making.nodes[other];
-    const std::uint32_t a = first.leaf_count, b = second.leaf_count;
-    const bool second_first = a != b ? b < a : other_lower;
-    const std::uint32_t behind = block + 2 * (second_first ? b : a);
-    if (!first.is_leaf()) first.first_child = second_first ? behind : block + 2;
-    if (!second.is_leaf()) second.first_child = second_first ? block + 2 : behind;
-    placed[block] = first;
-    placed[block + 1] = second;
-    if (k == last) {
-      LightNode root = making.nodes[id];
-      root.first_child = 1;
-      placed[0] = root;
-    }
+    if (k + 2 == making.leaf_count) place_root();
+  }
+  LC_KERNEL void place_root() const {
+    LightNode root = making.nodes[2 * making.leaf_count - 2];
+    root.first_child = 1;
+    placed[0] = root;
   }
 };
 
@@ -425,7 +459,7 @@ inline constexpr std::uint32_t kMostTreeLights = (1u << 30) - 1;
 
 /// Most that building holds at once for each light, the lights not included, the tree included [bytes].
 inline constexpr std::uint64_t kTreeBuildBytes =
-    2 * 2 * sizeof(LightNode) + sizeof(detail::NodeMaking) + sizeof(detail::NodeParent) + 4 + 32;
+    2 * 2 * sizeof(LightNode) + sizeof(detail::NodeMaking) + 2 * sizeof(detail::NodeParent) + 32;
 
 namespace detail {
 
@@ -484,8 +518,8 @@ BuiltLightTree<Exec> build_light_tree(Exec& exec, const Light* lights, std::uint
   auto by_id = exec.template allocate<LightNode>(node_count);
   auto more = exec.template allocate<NodeMaking>(count);
   auto parents = exec.template allocate<NodeParent>(count);
-  auto other_child = exec.template allocate<std::uint32_t>(count);
-  const NodesMaking making{by_id.data(),  more.data(),    parents.data(), other_child.data(),
+  auto children = exec.template allocate<NodeChildren>(count);
+  const NodesMaking making{by_id.data(),  more.data(),    parents.data(), children.data(),
                            options.scale, summary.data(), options.seed,   count};
   auto ids = exec.template allocate<std::uint32_t>(count);
   {
@@ -506,7 +540,11 @@ BuiltLightTree<Exec> build_light_tree(Exec& exec, const Light* lights, std::uint
     tree.depth = 1;
     return tree;
   }
-  exec.for_each(count - 1, PlaceChildren{making, tree.storage.data() + 1});
+  if constexpr (requires { exec.place(making, tree.storage.data()); }) {
+    exec.place(making, tree.storage.data() + 1);
+  } else {
+    exec.for_each(count - 1, PlaceChildren{making, tree.storage.data() + 1});
+  }
   tree.depth = exec.fetch(more.data() + (count - 2)).height;
   return tree;
 }

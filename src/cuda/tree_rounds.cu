@@ -3,6 +3,7 @@
 #include <cooperative_groups.h>
 
 #include <algorithm>
+#include <cstddef>
 #include <cub/block/block_scan.cuh>
 
 // How a round of merging is one pass: a block stages a tile of clusters and what lies within two search windows of it,
@@ -72,10 +73,13 @@ struct Staged {
 
 // --- Rounds of many clusters ---
 
-constexpr int kTile = 256;  ///< clusters that a block of as many threads merges
+constexpr int kTile = 256;  ///< clusters that a block of as many threads stages; it merges those in the middle
+
 /// On each side: the windows of its partners' partners, and the neighbour that reluctant clusters are paired with.
-constexpr int kMostHalo = 2 * static_cast<int>(kLargestPlocRadius) + 2;
-constexpr int kMostStaged = kTile + 2 * kMostHalo;
+__host__ __device__ int halo_of(std::uint32_t radius) { return 2 * static_cast<int>(radius) + 2; }
+/// Clusters that a tile merges; their first one has an even place.
+__host__ __device__ int owned_of(std::uint32_t radius) { return kTile - 2 * halo_of(radius); }
+static_assert(kTile > 4 * (static_cast<int>(kLargestPlocRadius) + 1));
 
 /// A tile's sum: merged clusters in the upper half, those that stay in the lower, and what it is a sum of.
 constexpr std::uint64_t kOwnSum = std::uint64_t{1} << 62, kSumSoFar = std::uint64_t{2} << 62;
@@ -118,30 +122,29 @@ struct Round {
 };
 
 struct TileMemory {
-  Staged<kMostStaged> clusters;
-  /// Of the pairs with a cluster further up and further down, the smallest rank; then both are one offset.
-  std::uint32_t up[kMostStaged], down[kMostStaged];
-  std::int32_t offset[kMostStaged];
+  Staged<kTile> clusters;
+  /// Of the pairs with a cluster further down, the smallest rank; and how far its partner is from each.
+  std::uint32_t down[kTile];
+  std::int32_t offset[kTile];
   cub::BlockScan<std::uint32_t, kTile>::TempStorage scan;
   std::uint64_t before;
 };
 
+/// Finds the partners of the clusters of a tile: thread t has the cluster at place base - halo + t.
 template <bool Colored>
-__device__ void find_partners(const NodesMaking& making, const Round& round, int base, int halo, int radius,
-                              TileMemory& memory) {
-  const int staged = kTile + 2 * halo, live = static_cast<int>(round.live);
-  for (int t = static_cast<int>(threadIdx.x); t < staged; t += kTile) {
-    const int g = base - halo + t;
-    memory.up[t] = memory.down[t] = __float_as_uint(kInfinity);
-    if (g >= 0 && g < live) memory.clusters.put(t, sized(making.cluster(round.ids[g])));
+__device__ void find_partners(const NodesMaking& making, const Round& round, int g, int radius, TileMemory& memory) {
+  const int t = static_cast<int>(threadIdx.x), live = static_cast<int>(round.live);
+  const bool inside = g >= 0 && g < live;
+  SizedCluster own;
+  memory.down[t] = __float_as_uint(kInfinity);
+  if (inside) {
+    own = sized(making.cluster(round.ids[g]));
+    memory.clusters.put(t, own);
   }
   __syncthreads();
-  for (int t = static_cast<int>(threadIdx.x); t < staged; t += kTile) {
-    const int g = base - halo + t;
-    if (g < 0 || g >= live) continue;
-    const SizedCluster own = memory.clusters.get<Colored>(t);
-    std::uint32_t up = memory.up[t];
-    const int reach = min(radius, min(live - 1 - g, staged - 1 - t));
+  std::uint32_t up = __float_as_uint(kInfinity);
+  if (inside) {
+    const int reach = min(radius, min(live - 1 - g, kTile - 1 - t));
     for (int offset = 1; offset <= reach; ++offset) {
       const float size = pair_size(own, memory.clusters.get<Colored>(t + offset), making.scale);
       const std::uint32_t rank =
@@ -149,67 +152,61 @@ __device__ void find_partners(const NodesMaking& making, const Round& round, int
       up = min(up, rank);
       atomicMin(memory.down + t + offset, rank);
     }
-    memory.up[t] = up;
   }
   __syncthreads();
-  for (int t = static_cast<int>(threadIdx.x); t < staged; t += kTile) {
-    memory.offset[t] = ploc_offset(__uint_as_float(memory.up[t]), __uint_as_float(memory.down[t]),
-                                   static_cast<std::uint32_t>(base - halo + t));
-  }
+  memory.offset[t] = ploc_offset(__uint_as_float(up), __uint_as_float(memory.down[t]), static_cast<std::uint32_t>(g));
   __syncthreads();
   if (round.reluctance == 0) return;
   // Tiles and halos begin at even places.
-  const PairNeighbours pairing{nullptr, 0, round.reluctance > 1};
-  for (int t = 2 * static_cast<int>(threadIdx.x); t + 1 < staged; t += 2 * kTile) {
-    const int g = base - halo + t;
-    if (g >= 0 && g + 1 < live) pairing.apply(memory.offset + t);
+  if (t % 2 == 0 && g >= 0 && g + 1 < live) {
+    PairNeighbours{nullptr, 0, round.reluctance > 1}.apply(memory.offset + t);
   }
   __syncthreads();
 }
 
 template <bool Colored>
 __device__ void merge_tile(const Rounds& p, const Round& round, std::uint32_t tile, TileMemory& memory) {
-  const int base = static_cast<int>(tile * kTile), radius = static_cast<int>(p.radius);
-  const int halo = 2 * radius + 2, me = static_cast<int>(threadIdx.x);
-  find_partners<Colored>(p.making, round, base, halo, radius, memory);
+  const int halo = halo_of(p.radius), owned = owned_of(p.radius), t = static_cast<int>(threadIdx.x);
+  const int g = static_cast<int>(tile) * owned - halo + t;
+  find_partners<Colored>(p.making, round, g, static_cast<int>(p.radius), memory);
 
-  const auto i = static_cast<std::uint32_t>(base + me);
-  const bool inside = i < round.live;
-  const std::int32_t offset = inside ? memory.offset[halo + me] : 0;
-  const bool pairs = inside && memory.offset[halo + me + offset] == -offset;
-  const bool merges = pairs && offset > 0, stays = inside && (!pairs || merges);
+  const bool mine = t >= halo && t < halo + owned && g < static_cast<int>(round.live);
+  const std::int32_t offset = mine ? memory.offset[t] : 0;
+  const bool pairs = mine && memory.offset[t + offset] == -offset;
+  const bool merges = pairs && offset > 0, stays = mine && (!pairs || merges);
   std::uint32_t place = 0, sum = 0;
   cub::BlockScan<std::uint32_t, kTile>(memory.scan)
       .ExclusiveSum((merges ? 1u << 16 : 0u) | (stays ? 1u : 0u), place, sum);
-  if (me < kWarp) {
+  if (t < kWarp) {
     const std::uint64_t own = std::uint64_t{sum >> 16} << 31 | (sum & 0xffffu);
     const std::uint64_t before = look_back(round.tiles, tile, own);
-    if (me == 0) memory.before = before;
+    if (t == 0) memory.before = before;
   }
+  // The others need not wait to know what they will write, but where.
+  std::uint32_t id = stays ? round.ids[g] : 0;
+  MergedNode merged;
+  if (merges) merged = p.making.combine(id, round.ids[g + offset]);
   __syncthreads();
   const std::uint64_t before = memory.before;
-  if (stays) {
-    std::uint32_t id = round.ids[i];
-    if (merges) {
-      const std::uint32_t parent = round.first_new_id + static_cast<std::uint32_t>(before >> 31) + (place >> 16);
-      p.making.merge(parent, id, round.ids[i + static_cast<std::uint32_t>(offset)]);
-      id = parent;
-    }
-    round.next_ids[static_cast<std::uint32_t>(before & 0x7fffffffu) + (place & 0xffffu)] = id;
+  if (merges) {
+    id = round.first_new_id + static_cast<std::uint32_t>(before >> 31) + (place >> 16);
+    p.making.put(id, merged);
   }
+  if (stays) round.next_ids[static_cast<std::uint32_t>(before & 0x7fffffffu) + (place & 0xffffu)] = id;
   __syncthreads();
 }
 
 /// All rounds until few clusters are left. Every block follows the numbers of clusters by itself, from the last tile's sum.
 template <bool Colored>
-__global__ void __launch_bounds__(kTile, 4) merge_rounds_kernel(Rounds p) {
+__global__ void __launch_bounds__(kTile, 2) merge_rounds_kernel(Rounds p) {
   extern __shared__ uint4 shared[];
   auto& memory = *reinterpret_cast<TileMemory*>(shared);
   cg::grid_group grid = cg::this_grid();
   std::uint32_t live = p.making.leaf_count, new_id = live, buffer = 0, done = 0;
   int reluctance = 0;
+  const auto owned = static_cast<std::uint32_t>(owned_of(p.radius));
   while (live > p.search_all_below) {
-    const std::uint32_t tiles = (live + kTile - 1) / kTile;
+    const std::uint32_t tiles = (live + owned - 1) / owned;
     const Round round{p.ids[buffer], p.ids[buffer ^ 1], p.tiles[done % 3], live, new_id, reluctance};
     std::uint64_t* const next = p.tiles[(done + 1) % 3];
     for (std::uint32_t tile = blockIdx.x; tile < tiles; tile += gridDim.x) {
@@ -244,6 +241,15 @@ struct LastMemory {
 };
 
 __device__ RankedPartner warp_best(std::uint32_t i, RankedPartner best) {
+#if __CUDA_ARCH__ >= 800
+  // Sizes are not below 0, so that their bits are in their order. One lane has the best, unless there are ties.
+  const std::uint32_t bits = __float_as_uint(best.size), least = __reduce_min_sync(kAllLanes, bits);
+  const std::uint32_t owners = __ballot_sync(kAllLanes, bits == least);
+  if (__popc(owners) == 1) {
+    const int owner = __ffs(static_cast<int>(owners)) - 1;
+    return {__uint_as_float(least), __shfl_sync(kAllLanes, best.place, owner)};
+  }
+#endif
   for (int step = kWarp / 2; step > 0; step /= 2) {
     best = FindAmongAll::better(
         i, best, {__shfl_xor_sync(kAllLanes, best.size, step), __shfl_xor_sync(kAllLanes, best.place, step)});
@@ -259,7 +265,7 @@ __device__ void find_last_partners(const MetricScale& scale, std::uint32_t live,
   for (std::uint32_t i = threadIdx.x / kWarp; i < live; i += kLastThreads / kWarp) {
     const bool fresh = memory.fresh[i];
     const SizedCluster own = memory.clusters.get<Colored>(static_cast<int>(i));
-    RankedPartner best = fresh ? RankedPartner{} : memory.best[i];
+    RankedPartner best = fresh || lane != 0 ? RankedPartner{} : memory.best[i];
     for (std::uint32_t k = lane; k < (fresh ? live : merged); k += kWarp) {
       const std::uint32_t j = fresh ? k : memory.merged[k];
       if (j == i) continue;
@@ -311,7 +317,7 @@ __global__ void __launch_bounds__(kLastThreads) merge_last_kernel(Rounds p) {
     std::uint32_t id = inside ? memory.ids[me] : 0;
     SizedCluster cluster;
     if (merges) {
-      p.making.merge(parent, id, memory.ids[best.place]);
+      p.making.put(parent, p.making.combine(id, memory.ids[best.place]));
       id = parent;
       cluster = sized(p.making.cluster(parent));
     } else if (stays) {
@@ -332,6 +338,33 @@ __global__ void __launch_bounds__(kLastThreads) merge_last_kernel(Rounds p) {
     new_id += merged;
     reluctance = 0;
   }
+}
+
+// --- Placing ---
+
+/// Four lanes copy a node: writes of whole sectors, one after the other.
+__global__ void __launch_bounds__(kTile) place_kernel(NodesMaking making, LightNode* placed) {
+  constexpr std::uint32_t kParts = sizeof(LightNode) / sizeof(uint4);
+  static_assert(offsetof(LightNode, first_child) == 3 * sizeof(uint4) + 2 * sizeof(std::uint32_t));
+  const std::uint32_t k = blockIdx.x * kTile + threadIdx.x, lane = threadIdx.x % kWarp;
+  ChildPlaces places{{kNone, kNone}, 0, {kNone, kNone}};
+  if (k + 1 < making.leaf_count) places = child_places(making, k);
+  for (std::uint32_t first = 0; first < 2 * kWarp; first += kWarp / kParts) {
+    const std::uint32_t child = first + lane / kParts, part = lane % kParts;
+    const int owner = static_cast<int>(child / 2);
+    const std::uint32_t id_0 = __shfl_sync(kAllLanes, places.id[0], owner);
+    const std::uint32_t id_1 = __shfl_sync(kAllLanes, places.id[1], owner);
+    const std::uint32_t first_child_0 = __shfl_sync(kAllLanes, places.first_child[0], owner);
+    const std::uint32_t first_child_1 = __shfl_sync(kAllLanes, places.first_child[1], owner);
+    const std::uint32_t block = __shfl_sync(kAllLanes, places.block, owner);
+    const bool second = child % 2 != 0;
+    const std::uint32_t id = second ? id_1 : id_0;
+    if (id == kNone) continue;
+    uint4 words = reinterpret_cast<const uint4*>(making.nodes + id)[part];
+    if (part == kParts - 1) words.z = second ? first_child_1 : first_child_0;
+    reinterpret_cast<uint4*>(placed + block + (second ? 1 : 0))[part] = words;
+  }
+  if (k + 2 == making.leaf_count) PlaceChildren{making, placed}.place_root();
 }
 
 // --- Launching ---
@@ -361,7 +394,8 @@ void launch_rounds(const Device& device, Rounds& rounds, std::uint32_t tiles) {
 
 void TreeExecutor::merge_clusters(const NodesMaking& making, Buffer<std::uint32_t>& ids, std::uint32_t radius,
                                   std::uint32_t search_all_below) {
-  const std::uint32_t count = making.leaf_count, tiles = (count + kTile - 1) / kTile;
+  const std::uint32_t count = making.leaf_count, owned = static_cast<std::uint32_t>(owned_of(radius));
+  const std::uint32_t tiles = (count + owned - 1) / owned;
   Buffer<std::uint32_t> next_ids(device(), count);
   Buffer<std::uint64_t> sums(device(), std::size_t{3} * tiles);
   Buffer<Progress> progress(device(), 1);
@@ -376,6 +410,12 @@ void TreeExecutor::merge_clusters(const NodesMaking& making, Buffer<std::uint32_
   } else {
     launch_rounds<false>(device(), rounds, tiles);
   }
+}
+
+void TreeExecutor::place(const NodesMaking& making, LightNode* placed) {
+  const std::uint32_t blocks = (making.leaf_count - 1 + kTile - 1) / kTile;
+  place_kernel<<<blocks, kTile, 0, device().stream()>>>(making, placed);
+  check(cudaGetLastError(), "placing a light tree's nodes");
 }
 
 }  // namespace lightcuts::cuda

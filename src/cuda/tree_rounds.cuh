@@ -33,12 +33,20 @@ __global__ void __launch_bounds__(kBlockThreads)
 #pragma unroll
     for (int k = 0; k < SummaryWords::kCount; ++k) most[k] = max(most[k], SummaryWords::ordered(values[k]));
   }
+  __shared__ std::uint32_t of_warp[SummaryWords::kCount][kBlockThreads / 32];
   __shared__ bool last;
 #pragma unroll
   for (int k = 0; k < SummaryWords::kCount; ++k) {
 #pragma unroll
     for (int step = 16; step > 0; step /= 2) most[k] = max(most[k], __shfl_xor_sync(0xffffffffu, most[k], step));
-    if (threadIdx.x % 32 == 0) atomicMax(words->word + k, most[k]);
+    if (threadIdx.x % 32 == 0) of_warp[k][threadIdx.x / 32] = most[k];
+  }
+  __syncthreads();
+  // An atomic a block and word: they all queue for one line of memory.
+  if (threadIdx.x < SummaryWords::kCount) {
+    std::uint32_t all = 0;
+    for (const std::uint32_t word : of_warp[threadIdx.x]) all = max(all, word);
+    atomicMax(words->word + threadIdx.x, all);
   }
   __threadfence();
   __syncthreads();
@@ -87,6 +95,9 @@ class TreeExecutor : public CudaExecutor {
   /// Merges the clusters `ids`, as detail::merge_in_rounds does.
   void merge_clusters(const detail::NodesMaking& making, Buffer<std::uint32_t>& ids, std::uint32_t radius,
                       std::uint32_t search_all_below);
+
+  /// Writes the nodes of a tree of several lights where they belong, as detail::PlaceChildren does.
+  void place(const detail::NodesMaking& making, LightNode* placed);
 };
 
 }  // namespace lightcuts::cuda

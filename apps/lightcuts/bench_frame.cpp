@@ -29,21 +29,22 @@ struct Sizes {
   int runs;
   std::vector<std::uint64_t> vpls;
   std::vector<std::uint64_t> study_lights;  ///< the study's numbers, for heap and brute force
+  std::vector<std::uint64_t> more_lights;   ///< between and beyond, for curves
   double longest_s;                         ///< runs of one measurement end after this
 };
 
 Sizes sizes_of(BenchScale scale) {
   switch (scale) {
     case BenchScale::smoke:
-      return {32, 1, {200}, {110}, 1};
+      return {32, 1, {200}, {110}, {300}, 1};
     case BenchScale::quick:
-      return {200, 3, {2550, 65536}, {110, 2550}, 2};
+      return {200, 3, {2550, 65536}, {110, 2550}, {}, 2};
     case BenchScale::small:
-      return {500, 5, {2550, 65536}, {110, 420, 930, 2550}, 5};
+      return {500, 5, {2550, 65536}, {110, 420, 930, 2550}, {16384}, 5};
     case BenchScale::full:
       break;
   }
-  return {1000, 20, {2550, 65536, 1048576}, {110, 420, 930, 2550}, 4};
+  return {1000, 20, {2550, 65536, 1048576}, {110, 420, 930, 2550}, {16384, 65536, 262144, 1048576, 4194304}, 4};
 }
 
 /// What issue 6 of the project asks of one H100 at 1000x1000 [ms]; 0: nothing.
@@ -102,6 +103,7 @@ class FrameBench {
     backend_->set_scene(scene, {});
     for (const std::uint64_t vpls : sizes_.vpls) measure_stages(vpls);
     for (const std::uint64_t vpls : sizes_.study_lights) measure_as_the_study(vpls);
+    for (const std::uint64_t vpls : sizes_.more_lights) measure_curve(vpls);
   }
 
   ShadeOptions options(Method method, Visibility visibility) const {
@@ -153,6 +155,22 @@ class FrameBench {
       backend_->set_heap_batch(batch);
       shade(fmt::format("heap, none, {}", batch), heap);
     }
+  }
+
+  /// What packets, heaps and all lights cost, and the tree; all lights up to a quarter of a million, for they grow evenly.
+  void measure_curve(std::uint64_t vpls) {
+    if (stopped()) return;
+    vpls_ = vpls;
+    trace(vpls);
+    time(
+        "light tree", [&] { backend_->build_light_tree({}, {}); }, [](const StageTimes& t) { return t.tree; });
+    shade("packet, none", options(Method::lightcuts, Visibility::none));
+    if (vpls <= 262144) shade("all lights, none", options(Method::instant_radiosity, Visibility::none));
+    ShadeOptions heap = options(Method::lightcuts, Visibility::none);
+    heap.cut = CutWalk::heap;
+    heap.max_cut = 1000;
+    backend_->set_heap_batch(32768);
+    shade("heap, none, 32768", heap);
   }
 
   /// The cut's picture, small, against the sum over all lights.

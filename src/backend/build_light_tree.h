@@ -21,8 +21,8 @@ namespace lightcuts {
 struct LightTreeBuild {
   MetricScale scale;
   std::uint64_t seed = 1;
-  std::uint32_t radius = 8;              ///< neighbours searched to each side, at most kLargestPlocRadius
-  std::uint32_t search_all_below = 256;  ///< so few clusters each look at all others: nearly the greedy result
+  std::uint32_t radius = 8;             ///< neighbours searched to each side, at most kLargestPlocRadius
+  std::uint32_t search_all_below = 32;  ///< so few clusters each look at all others: nearly the greedy result
   LightKeyLayout layout;
 };
 

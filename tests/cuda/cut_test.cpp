@@ -335,7 +335,7 @@ TEST_P(CutPictures, HaveCutsAsLargeAsOverTheCpusTree) {
   }
   std::printf("  %s: mean cut %.1f over the GPU's tree, %.1f over the CPU's, %.1f over the agglomerative one\n",
               GetParam(), mean[0], mean[1], mean[2]);
-  EXPECT_NEAR(mean[0] / mean[1], 1, 0.03);
+  EXPECT_LT(mean[0] / mean[1], 1.03);
 }
 INSTANTIATE_TEST_SUITE_P(Scenes, CutPictures, testing::Values("cornell", "study", "interior", "lamps?count=100"));
 

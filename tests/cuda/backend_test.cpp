@@ -155,6 +155,31 @@ TEST_P(Pictures, OfPathsAgree) {
 INSTANTIATE_TEST_SUITE_P(Scenes, Pictures,
                          testing::Values("cornell", "study", "interior", "lamps?count=100", "furnace"));
 
+TEST_F(OnDevice, LightsAMillionVplsByMapsInBatches) {
+  const Scene scene = valid(make_builtin_scene("study"));
+  const auto gpu = make_cuda_backend(0, 0);
+  gpu->set_scene(scene, {});
+  VplOptions vpls;
+  vpls.count = 1 << 20;
+  gpu->trace_vpls(vpls, {});
+  ShadeOptions options;
+  options.method = Method::instant_radiosity;
+  options.visibility = Visibility::ism;
+  options.ism_size = 8;
+  options.ism_points = 200;
+  const Camera camera = select_camera(scene, "");
+  const auto picture = [&](std::uint64_t memory_bytes) {
+    Statistics statistics;
+    const ShadeResult result = gpu->shade(camera, 13, 7, options, memory_bytes, statistics, {});
+    EXPECT_TRUE(result.complete);
+    EXPECT_GE(statistics.shadow_maps.count, 1000000u);
+    return result.image;
+  };
+  // Room for all maps (200 bytes each, the records included), and for a tenth of them.
+  const Comparison c = compare(picture(24u << 20), picture(1u << 30));
+  EXPECT_EQ(c.relmse, 0);
+}
+
 TEST_F(OnDevice, RefusesMoreMemoryThanItsLimit) {
   Device small(0, 1 << 20);
   EXPECT_THROW(DeviceBuffer<float>(small, 1 << 20), Error);

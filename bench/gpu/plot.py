@@ -78,7 +78,7 @@ def plot_stages(rows, scenes, machine, path):
 def main():
     if len(sys.argv) != 3:
         sys.exit(__doc__)
-    data = json.loads(pathlib.Path(sys.argv[1]).read_text(encoding="utf-8"))
+    data = json.loads(pathlib.Path(sys.argv[1]).read_text(encoding="utf-8"))["frame"]
     out = pathlib.Path(sys.argv[2])
     rows = data["rows"]
     scenes = list(dict.fromkeys(r["scene"] for r in rows))

@@ -2,8 +2,8 @@
 # bundle.sh BUILD_FOLDER TARGET_FOLDER [--with-tests]: packs the program with the shared libraries that it needs.
 #
 # The archive can be unpacked anywhere and runs where glibc is as new as here (Debian 12's is 2.36). glibc itself is
-# left to the system: it belongs to the kernel and the loader there. `--with-tests` adds the test programs, for machines
-# that have a GPU but no compiler.
+# left to the system: it belongs to the kernel and the loader there. With the CUDA backend the bundle holds its tests too,
+# as bin/lightcuts-test, for machines that have a GPU but no compiler; `--with-tests` adds all other test programs.
 set -eu
 build=$1
 target=$2
@@ -17,7 +17,11 @@ mkdir -p "$stage/bin" "$stage/lib" "$stage/licenses" "$target"
 
 # The programs.
 programs=$build/bin/lightcuts
-if [ "${3:-}" = --with-tests ]; then programs="$programs $(ls "$build"/bin/test_*)"; fi
+if [ "${3:-}" = --with-tests ]; then
+  programs="$programs $(ls "$build"/bin/test_*)"
+elif [ -x "$build/bin/test_cuda" ]; then
+  programs="$programs $build/bin/test_cuda"
+fi
 install -m 755 -s $programs "$stage/bin/"
 patchelf --set-rpath '$ORIGIN/../lib' "$stage"/bin/*
 install -D -m 644 -t "$stage/share/lightcuts/study_report" apps/lightcuts/bench_study/study_report/*.py
@@ -29,6 +33,9 @@ while read -r library; do
   install -m 644 "$library" "$stage/lib/"
 done <"$build/bundle/libraries"
 patchelf --set-rpath '$ORIGIN' "$stage"/lib/*
+
+needed=$(objdump -T "$stage"/bin/* "$stage"/lib/* | grep -o 'GLIBC_[0-9.]*' | sort -Vu | tail -n 1)
+if [ -x "$stage/bin/test_cuda" ]; then install -m 755 tools/lightcuts-test.sh "$stage/bin/lightcuts-test"; fi
 
 # The licences: ours, those of the libraries, those of the libraries that were compiled in.
 cp LICENSE README.md CHANGELOG.md "$stage/"
@@ -48,7 +55,6 @@ tar --create --directory "$build/bundle" --sort=name --owner=0 --group=0 --numer
   xz -9e >"$archive.tmp"
 mv "$archive.tmp" "$archive"
 
-needed=$(objdump -T "$stage"/bin/* "$stage"/lib/* | grep -o 'GLIBC_[0-9.]*' | sort -Vu | tail -n 1)
 size=$(stat -c %s "$archive")
 echo "$archive: $((size / 1024)) KiB, runs on glibc ${needed#GLIBC_} and later"
 if [ "$size" -gt $((limit_mib * 1024 * 1024)) ]; then

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <memory>
 
 #include "bench.h"
@@ -102,14 +103,22 @@ void add_bench_command(CLI::App& program, Action& action) {
       "--quick", [request] { request->scale = BenchScale::quick; }, "the same as --scale quick");
   add_value(
       *command, "--scenes", "DIR", [request](const std::string& text) { request->scenes = text; },
-      "rooms of `study`, as DIR/NAME/scene.gltf\n(default: ../shared/scenes/rooms where it exists)");
+      "rooms of `study`, as DIR/NAME/scene.gltf\n(default: `rooms` in the folder LIGHTCUTS_SCENES,\nelse "
+      "../shared/scenes/rooms where it exists)");
   add_value(
       *command, "--budget", "SECONDS",
       [request](const std::string& text) { request->budget_s = parse_number(text, 0.01, 1e6); },
       "leaves out what would take longer than this each");
-  command->add_option("--part", request->parts, "only these parts of `study` (default: all)")->option_text("NAME...");
+  command
+      ->add_option("--part", request->parts,
+                   "only these parts of `study`, or scenes and stages of `frame` (default: all)")
+      ->option_text("NAME...");
   command->add_flag("--quiet", request->quiet, "no progress");
-  command->callback([request, &action] { action = [request] { return run(*request); }; });
+  command->callback([request, &action] {
+    const char* const scenes = std::getenv("LIGHTCUTS_SCENES");
+    if (request->scenes.empty() && scenes != nullptr) request->scenes = std::filesystem::path(scenes) / "rooms";
+    action = [request] { return run(*request); };
+  });
 }
 
 }  // namespace lightcuts::app

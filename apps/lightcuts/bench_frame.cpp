@@ -55,6 +55,7 @@ double goal_ms(const std::string& scene, const std::string& stage, std::uint64_t
   if (stage == "packet, none") return million ? 4 : 0;
   if (stage == "packet, rays") return !million ? 0 : scene == "study" ? 200 : 350;
   if (stage == "packet, ism") return vpls == 2550 ? 2.5 : vpls == 65536 ? 6 : million ? 8 : 0;
+  if (stage == "everything, ism") return million ? 33 : 0;
   if (stage == "all lights, none") return vpls == 2550 ? 2.55 : 0;
   if (stage == "all lights, ism") return vpls == 2550 ? 5 : 0;
   return 0;
@@ -92,11 +93,22 @@ class FrameBench {
     return !result_.complete;
   }
 
-  void measure_scene(const std::string& name, const std::string& spec) {
-    if (stopped() || (!request_.parts.empty() &&
-                      std::find(request_.parts.begin(), request_.parts.end(), name) == request_.parts.end())) {
-      return;
+  /// Of --part, the names of scenes; the others are parts of stages' names.
+  [[nodiscard]] std::vector<std::string> scenes_named() const { return parts_that(true); }
+  [[nodiscard]] std::vector<std::string> parts_that(bool name_scenes) const {
+    std::vector<std::string> parts;
+    for (const std::string& part : request_.parts) {
+      if ((part == "study" || part == "veach-ajar") == name_scenes) parts.push_back(part);
     }
+    return parts;
+  }
+  static bool wanted(const std::vector<std::string>& parts, const std::string& name) {
+    return parts.empty() || std::any_of(parts.begin(), parts.end(),
+                                        [&](const std::string& part) { return name.find(part) != std::string::npos; });
+  }
+
+  void measure_scene(const std::string& name, const std::string& spec) {
+    if (stopped() || !wanted(scenes_named(), name)) return;
     name_ = name;
     Scene scene = open_scene(spec).scene;
     camera_ = select_camera(scene, "");
@@ -132,7 +144,10 @@ class FrameBench {
     check_cut();
     shade("packet, none", options(Method::lightcuts, Visibility::none));
     shade("packet, rays", options(Method::lightcuts, Visibility::rays));
-    shade("packet, ism", options(Method::lightcuts, Visibility::ism));
+    const ShadeOptions by_maps = options(Method::lightcuts, Visibility::ism);
+    shade("packet, ism", by_maps);
+    shade("packet, ism, maps too", by_maps, Again::maps);
+    shade("everything, ism", by_maps, Again::everything);
     if (vpls <= 65536) shade("all lights, none", options(Method::instant_radiosity, Visibility::none));
     if (vpls <= 2550) {
       shade("all lights, rays", options(Method::instant_radiosity, Visibility::rays));
@@ -148,6 +163,8 @@ class FrameBench {
     backend_->build_light_tree({}, {});
     shade("all lights, none", options(Method::instant_radiosity, Visibility::none));
     shade("packet, none", options(Method::lightcuts, Visibility::none));
+    shade("all lights, ism", options(Method::instant_radiosity, Visibility::ism));
+    shade("packet, ism", options(Method::lightcuts, Visibility::ism));
     ShadeOptions heap = options(Method::lightcuts, Visibility::none);
     heap.cut = CutWalk::heap;
     heap.max_cut = 1000;
@@ -175,29 +192,43 @@ class FrameBench {
 
   /// The cut's picture, small, against the sum over all lights.
   void check_cut() {
-    Statistics s;
     constexpr int side = 64;
-    const auto picture = [&](Method method) {
-      return backend_->shade(camera_, side, side, options(method, Visibility::none), 0, s, {}).image;
-    };
-    const Comparison c = compare(picture(Method::lightcuts), picture(Method::instant_radiosity));
-    const bool good = c.mean_relative_error < 0.02;
-    result_.correct = result_.correct && good;
-    print_result(fmt::format("{:<12} {:>8} {:<22} mean error {:.2f} %, 99th percentile {:.2f} %, signed {:.2f} %{}",
-                             name_, vpls_, "check of the cut", 100 * c.mean_relative_error, 100 * c.p99_relative_error,
-                             100 * c.signed_relative_error, good ? "" : "  WRONG"));
+    for (const Visibility visibility : {Visibility::none, Visibility::ism}) {
+      const auto picture = [&](Method method) {
+        Statistics s;
+        return backend_->shade(camera_, side, side, options(method, visibility), 0, s, {}).image;
+      };
+      const Comparison c = compare(picture(Method::lightcuts), picture(Method::instant_radiosity));
+      const bool good = c.mean_relative_error < 0.02;
+      result_.correct = result_.correct && good;
+      print_result(fmt::format(
+          "{:<12} {:>8} {:<22} mean error {:.2f} %, 99th percentile {:.2f} %, signed {:.2f} %{}", name_, vpls_,
+          visibility == Visibility::ism ? "check of the cut, ism" : "check of the cut", 100 * c.mean_relative_error,
+          100 * c.p99_relative_error, 100 * c.signed_relative_error, good ? "" : "  WRONG"));
+    }
   }
 
-  void shade(const std::string& stage, const ShadeOptions& o) {
-    if (stopped()) return;
+  /// What is made anew for every run; else the maps of the run before serve.
+  enum class Again { pixels, maps, everything };
+
+  void shade(const std::string& stage, const ShadeOptions& o, Again again = Again::pixels) {
+    if (stopped() || !wanted(parts_that(false), stage)) return;
     Statistics s;
     const auto run = [&] {
       s = {};
+      if (again != Again::pixels) backend_->forget_maps();
+      if (again == Again::everything) {
+        trace(vpls_);
+        backend_->build_light_tree({}, {});
+      }
       backend_->shade(camera_, sizes_.side, sizes_.side, o, 0, s, {});
     };
+    const auto device_time = [again](const StageTimes& t) {
+      if (again == Again::everything) return t.vpls + t.tree + t.points + t.shade;
+      return again == Again::maps ? t.points + t.light : t.light;
+    };
     try {
-      time(
-          stage, run, [](const StageTimes& t) { return t.light; }, &s);
+      time(stage, run, device_time, &s);
     } catch (const Error& error) {
       if (error.code() != Code::not_built) throw;
       print_result(fmt::format("{:<12} {:>8} {:<22} {}", name_, vpls_, stage, "not part of this backend yet"));
@@ -232,12 +263,16 @@ class FrameBench {
       row["pairs"] = s->pairs;
       row["rays"] = s->rays;
       row["lights_used"] = s->cut.lights_used;
+      row["shadow_maps"] = s->shadow_maps.count;
+      row["rounds"] = s->shadow_maps.rounds;
       row["device_peak_bytes"] = s->memory_bytes.device_peak;
       counted = fmt::format(
-          "{}{:.2f} T pairs/s{}, peak {:.0f} MB",
+          "{}{:.2f} T pairs/s{}{}, peak {:.0f} MB",
           s->cut.mean > 0 ? fmt::format("cut {:.0f}, {} lights, ", s->cut.mean, s->cut.lights_used) : std::string(),
           static_cast<double>(s->pairs) / r.median / 1e9,
           s->rays > 0 ? fmt::format(", {:.2f} G rays/s", static_cast<double>(s->rays) / r.median / 1e6) : std::string(),
+          s->shadow_maps.count > 0 ? fmt::format(", {} maps in {} rounds", s->shadow_maps.count, s->shadow_maps.rounds)
+                                   : std::string(),
           static_cast<double>(s->memory_bytes.device_peak) / 1e6);
     }
     result_.json["rows"].push_back(std::move(row));

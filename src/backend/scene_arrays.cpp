@@ -90,4 +90,8 @@ SceneArrays::SceneArrays(const Scene& scene) : scene_(&scene), linear_from_srgb_
   view_.diagonal = diagonal(view_.bounds);
 }
 
+void SceneArrays::update_materials() {
+  for (std::size_t m = 0; m < materials_.size(); ++m) materials_[m] = view_of(scene_->materials[m]);
+}
+
 }  // namespace lightcuts

@@ -15,6 +15,9 @@ class SceneArrays {
   SceneArrays(const SceneArrays&) = delete;
   SceneArrays& operator=(const SceneArrays&) = delete;
 
+  /// Reads the scene's materials again, into the same places. Nothing else of the scene may have changed.
+  void update_materials();
+
   [[nodiscard]] const SceneView& view() const noexcept { return view_; }
   [[nodiscard]] const Scene& scene() const noexcept { return *scene_; }
 

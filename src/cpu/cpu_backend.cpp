@@ -79,7 +79,31 @@ void CpuBackend::set_scene(const Scene& scene, const ProgressFn& progress) {
   trees_ = {};
   if (progress && !progress("bvh", 0)) return;
   arena_.execute([&] { loaded_ = std::make_unique<Loaded>(scene); });
+  ++counts_.scenes;
   if (progress) progress("bvh", 1);
+}
+
+void CpuBackend::scene_relit() {
+  Loaded& scene = loaded();
+  lights_ = {};
+  light_set_ = {};
+  trees_ = {};
+  scene.cpu_scene.update_materials();
+  arena_.execute([&] { scene.emitters.emplace(scene.cpu_scene); });
+}
+
+LightCounts CpuBackend::light_counts() const {
+  return {lights_.vpls.size(),   lights_.points.size(), lights_.directionals.size(),
+          lights_.primary_count, lights_.sky_count,     lights_.path_count};
+}
+
+TreeCounts CpuBackend::tree_counts() const {
+  TreeCounts counts;
+  for (const LightTree* tree : {&trees_.vpls, &trees_.points, &trees_.directionals}) {
+    counts.nodes += tree->nodes.size();
+    counts.depth = std::max<std::uint64_t>(counts.depth, tree->depth);
+  }
+  return counts;
 }
 
 CpuBackend::Loaded& CpuBackend::loaded() {
@@ -91,7 +115,8 @@ void CpuBackend::trace_vpls(const VplOptions& options, const ProgressFn& progres
   Loaded& scene = loaded();
   Lights lights;
   arena_.execute(
-      [&] { lights = lightcuts::trace_vpls(scene.cpu_scene, scene.emitters, scene.tracer, options, progress); });
+      [&] { lights = lightcuts::trace_vpls(scene.cpu_scene, *scene.emitters, scene.tracer, options, progress); });
+  ++counts_.vpls;
   set_lights(std::move(lights));
 }
 
@@ -105,6 +130,7 @@ void CpuBackend::set_lights(Lights lights) {
 void CpuBackend::build_light_tree(const TreeOptions& options, const ProgressFn& progress) {
   const float diagonal = loaded().cpu_scene.view().diagonal;
   arena_.execute([&] { trees_ = build_light_trees(lights_, diagonal, options, progress); });
+  ++counts_.trees;
 }
 
 void CpuBackend::set_light_tree(LightTrees trees) { trees_ = std::move(trees); }
@@ -124,7 +150,7 @@ ShadeResult CpuBackend::shade(const Camera& camera, int width, int height, const
   const float min_distance = options.min_distance * scene.cpu_scene.view().diagonal;
 
   // What a tile does, from the method and the visibility chosen.
-  const TileSource source{view, scene.cpu_scene.view(), scene.tracer, scene.emitters.view()};
+  const TileSource source{view, scene.cpu_scene.view(), scene.tracer, scene.emitters->view()};
   const RayVisibility rays(scene.tracer);
   std::unique_ptr<LightMaps> maps;
   const std::uint64_t left = memory_bytes == 0 ? 0 : std::max<std::uint64_t>(1, memory_bytes - film_bytes);
@@ -148,9 +174,10 @@ ShadeResult CpuBackend::shade(const Camera& camera, int width, int height, const
   const PacketLighter packet(cut, cut_kernels(isa_), kernels_);
   const TileLighter& cut_lighter = options.cut == CutWalk::heap ? static_cast<const TileLighter&>(heap) : packet;
   const TileLighter& lighter = cuts ? cut_lighter : all_lights;
-  const PathTracer paths(scene.cpu_scene, scene.emitters, scene.tracer, options.bounces, options.seed);
+  const PathTracer paths(scene.cpu_scene, *scene.emitters, scene.tracer, options.bounces, options.seed);
   const TileFn render_tile = path ? path_tile(source, paths, progress) : lit_tile(source, lighter, progress);
 
+  ++counts_.pictures;
   Film film(width, height, cuts);
   TileCounts counts;
   std::uint32_t film_samples = samples;
@@ -163,6 +190,7 @@ ShadeResult CpuBackend::shade(const Camera& camera, int width, int height, const
     arena_.execute([&] { counts = for_each_tile(view, film, progress, render_tile); });
   }
 
+  counts_.maps += statistics.shadow_maps.count;
   statistics.pairs = counts.pairs;
   statistics.rays = counts.rays;
   statistics.clamped = counts.lost > 0 ? counts.lost / (counts.light + counts.lost) : 0;
@@ -178,6 +206,11 @@ ShadeResult CpuBackend::shade(const Camera& camera, int width, int height, const
   arena_.execute([&] { result.image = film.image(film_samples); });
   result.complete = find_channel(result.image, "weight") == nullptr;
   return result;
+}
+
+LightTrees build_trees_by_cpu(const Lights& lights, float scene_diagonal, const TreeOptions& options,
+                              const ProgressFn& progress) {
+  return build_light_trees(lights, scene_diagonal, options, progress);
 }
 
 std::unique_ptr<Backend> make_cpu_backend(int threads) { return std::make_unique<CpuBackend>(threads); }

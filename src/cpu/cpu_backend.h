@@ -24,14 +24,18 @@ class CpuBackend final : public Backend {
 
   [[nodiscard]] std::string device_name() const override;
   void set_scene(const Scene& scene, const ProgressFn& progress) override;
+  void scene_relit() override;
   void trace_vpls(const VplOptions& options, const ProgressFn& progress) override;
   void set_lights(Lights lights) override;
   [[nodiscard]] const Lights& lights() override { return lights_; }
+  [[nodiscard]] LightCounts light_counts() const override;
   void build_light_tree(const TreeOptions& options, const ProgressFn& progress) override;
   void set_light_tree(LightTrees trees) override;
   [[nodiscard]] const LightTrees& light_trees() override { return trees_; }
+  [[nodiscard]] TreeCounts tree_counts() const override;
   ShadeResult shade(const Camera& camera, int width, int height, const ShadeOptions& options,
                     std::uint64_t memory_bytes, Statistics& statistics, const ProgressFn& progress) override;
+  [[nodiscard]] StageCounts stage_counts() const override { return counts_; }
 
  private:
   /// What a scene turns into; kept together because each part refers to the one before.
@@ -39,11 +43,11 @@ class CpuBackend final : public Backend {
     explicit Loaded(const Scene& scene)
         : cpu_scene(scene),
           tracer(cpu_scene.view()),
-          emitters(cpu_scene),
+          emitters(std::in_place, cpu_scene),
           occluders(find_occluders(cpu_scene.view(), kMostOccluders)) {}
     SceneArrays cpu_scene;
     RayTracer tracer;
-    EmitterTable emitters;
+    std::optional<EmitterTable> emitters;
     std::vector<Occluder> occluders;
   };
 
@@ -56,6 +60,7 @@ class CpuBackend final : public Backend {
   Lights lights_;
   LightSet light_set_;
   LightTrees trees_;
+  StageCounts counts_;
 };
 
 }  // namespace lightcuts

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <nvtx3/nvToolsExt.h>
 
+#include <cstdlib>
+
 #include "lightcuts/error.h"
 
 namespace lightcuts::cuda {
@@ -29,7 +31,7 @@ void check(cudaError_t status, const char* doing) {
                       CUDART_VERSION / 1000, CUDART_VERSION % 1000 / 10, doing));
     case cudaErrorNoKernelImageForDevice:
     case cudaErrorInvalidDeviceFunction:
-      throw Error(Code::not_built,
+      throw Error(Code::no_device,
                   fmt::format("This build has no code for this GPU's architecture (while {}). Build with "
                               "LIGHTCUTS_CUDA_ARCHITECTURES set to it, or use --backend cpu.",
                               doing));
@@ -53,6 +55,7 @@ Device::Device(int index, std::uint64_t memory_limit) {
   check(cudaGetDeviceProperties(&properties, index), "reading the GPU's properties");
   name_ = properties.name;
   multiprocessors_ = properties.multiProcessorCount;
+  shared_memory_ = static_cast<int>(properties.sharedMemPerBlockOptin);
   check(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking), "making a stream");
   check(cudaMallocHost(reinterpret_cast<void**>(&mailbox_), kMailboxWords * sizeof(std::uint64_t)),
         "taking page-locked memory");
@@ -76,6 +79,16 @@ Device::~Device() {
   if (mailbox_ != nullptr) cudaFreeHost(mailbox_);
 }
 
+namespace {
+
+/// Bytes beyond which allocations fail as if the driver had no more, for tests: what was planned does not come true.
+std::uint64_t tested_limit() {
+  const char* const words = std::getenv("LIGHTCUTS_TEST_GPU_MEMORY");
+  return words != nullptr ? std::strtoull(words, nullptr, 10) : ~std::uint64_t{0};
+}
+
+}  // namespace
+
 void* Device::allocate(std::size_t bytes) {
   if (bytes == 0) return nullptr;
   if (used_ + bytes > limit_) {
@@ -85,6 +98,7 @@ void* Device::allocate(std::size_t bytes) {
                             static_cast<double>(bytes) / 1e6, static_cast<double>(used_) / 1e6,
                             static_cast<double>(limit_) / 1e6));
   }
+  if (used_ + bytes > tested_limit()) check(cudaErrorMemoryAllocation, "taking GPU memory");
   void* pointer = nullptr;
   check(cudaMallocAsync(&pointer, bytes, stream_), "taking GPU memory");
   used_ += bytes;

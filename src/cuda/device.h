@@ -29,6 +29,7 @@ class Device {
   [[nodiscard]] const std::string& name() const noexcept { return name_; }
   [[nodiscard]] cudaStream_t stream() const noexcept { return stream_; }
   [[nodiscard]] int multiprocessors() const noexcept { return multiprocessors_; }
+  [[nodiscard]] int shared_memory() const noexcept { return shared_memory_; }  ///< most of a block [bytes]
   [[nodiscard]] std::uint64_t used() const noexcept { return used_; }
   [[nodiscard]] std::uint64_t peak() const noexcept { return peak_; }
   [[nodiscard]] std::uint64_t limit() const noexcept { return limit_; }
@@ -45,7 +46,7 @@ class Device {
 
  private:
   std::string name_;
-  int multiprocessors_ = 0;
+  int multiprocessors_ = 0, shared_memory_ = 0;
   cudaStream_t stream_ = nullptr;
   std::uint64_t* mailbox_ = nullptr;
   std::uint64_t used_ = 0, peak_ = 0, limit_ = 0;
@@ -72,6 +73,7 @@ class DeviceBuffer {
 
   [[nodiscard]] T* data() const noexcept { return data_; }
   [[nodiscard]] std::size_t size() const noexcept { return size_; }
+  [[nodiscard]] std::size_t bytes() const noexcept { return size_ * sizeof(T); }
   [[nodiscard]] bool empty() const noexcept { return size_ == 0; }
 
   void upload(const T* values, std::size_t count) {

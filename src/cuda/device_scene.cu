@@ -16,7 +16,7 @@ T* DeviceScene::copy(Device& device, const T* host, std::size_t count) {
   return reinterpret_cast<T*>(arrays_.back().data());
 }
 
-DeviceScene::DeviceScene(Device& device, const Scene& scene, const SceneView& host) : view_(host) {
+DeviceScene::DeviceScene(Device& device, const Scene& scene, const SceneView& host) : device_(&device), view_(host) {
   std::vector<ImageView> images(host.images, host.images + host.image_count);
   for (ImageView& image : images) {
     image.texels = copy(device, image.texels, std::size_t{1} * image.width * image.height * image.channels);
@@ -54,6 +54,14 @@ DeviceScene::DeviceScene(Device& device, const Scene& scene, const SceneView& ho
   triangle_count_ = instance_begin.back();
   nodes_ = std::move(bvh.nodes);
   leaves_ = std::move(bvh.triangles);
+}
+
+void DeviceScene::update_materials(const SceneView& host) {
+  if (host.material_count == 0) return;
+  check(cudaMemcpyAsync(const_cast<MaterialView*>(view_.materials), host.materials,
+                        host.material_count * sizeof(MaterialView), cudaMemcpyHostToDevice, device_->stream()),
+        "sending materials");
+  device_->synchronize();
 }
 
 }  // namespace lightcuts::cuda

@@ -17,6 +17,9 @@ class DeviceScene {
   /// Copies every array behind `host`, the view of `scene`, and builds the tree. Throws Error{out_of_memory}.
   DeviceScene(Device& device, const Scene& scene, const SceneView& host);
 
+  /// Copies the materials of `host` again, into the same places.
+  void update_materials(const SceneView& host);
+
   [[nodiscard]] const SceneView& view() const noexcept { return view_; }
   [[nodiscard]] WideBvhView bvh() const noexcept {
     return {node_count_ == 0 ? nullptr : nodes_.data(), leaves_.data()};
@@ -29,6 +32,7 @@ class DeviceScene {
   T* copy(Device& device, const T* host, std::size_t count);
 
   std::vector<DeviceBuffer<std::byte>> arrays_;
+  Device* device_;
   SceneView view_;
   DeviceBuffer<WideNode> nodes_;
   DeviceBuffer<LeafTriangle> leaves_;

@@ -9,6 +9,7 @@
 #include "cuda/tracer.cuh"
 #include "kernels/cluster_bound.h"
 #include "kernels/light.h"
+#include "kernels/map_lookup.h"
 #include "lightcuts/error.h"
 
 namespace lightcuts::cuda {
@@ -47,11 +48,16 @@ struct HeapJob {
   HeapEntry* heaps;  ///< entry k of thread t at k * batch + t
   std::uint32_t batch, capacity;
   const std::uint32_t* slots;  ///< of the pixels, null: all in order
-  std::uint32_t* too_small;    ///< a flag a pixel: its heap did not do
+  HeapVisibility visibility;
+  std::uint32_t* too_small;  ///< a flag a pixel: its heap did not do
 };
 
-template <bool rays>
+enum class HeapOutcome : std::uint8_t { lit, too_small, missed };
+
+template <HeapSight sight>
 class PixelHeap {
+  static constexpr bool rays = sight == HeapSight::rays;
+
  public:
   __device__ PixelHeap(const HeapJob& job, std::uint32_t thread, std::uint32_t slot)
       : job_(job), thread_(thread), slot_(slot) {
@@ -62,18 +68,21 @@ class PixelHeap {
     min_distance_sq_ = job.job.min_distance * job.job.min_distance;
   }
 
-  /// False where the heap was too small.
-  __device__ bool run() {
+  /// Nothing is written but of a pixel that is lit.
+  __device__ HeapOutcome run() {
     if (receiver_.ns == Vec3{}) return finish_empty();
     for (int kind = 0; kind < kKinds; ++kind) {
       const TreeView& tree = job_.job.trees.kind[kind];
-      if (tree.leaf_count > 0 && !add(kind, 0, evaluate(kind, tree.nodes[0].representative))) return false;
+      if (tree.leaf_count > 0 && !add(kind, 0, evaluate(kind, tree.nodes[0].representative))) {
+        return HeapOutcome::too_small;
+      }
     }
     while (!done()) {
-      if (!refine()) return false;
+      if (!refine()) return HeapOutcome::too_small;
     }
+    if (missed_) return HeapOutcome::missed;
     finish();
-    return true;
+    return HeapOutcome::lit;
   }
 
  private:
@@ -110,7 +119,30 @@ class PixelHeap {
       ++rays_;
       if (job_.tracer.occluded(ray)) return {};
     }
+    if (sight == HeapSight::maps && unit.clamped > 0) {
+      const float share = share_of(kind, light);
+      return {unit.clamped * share, unit.unclamped * share};
+    }
     return unit;
+  }
+
+  /// By the light's map; a missing one is marked as wanted, and all of the light arrives.
+  __device__ float share_of(int kind, std::uint32_t light) {
+    const MapSetView& maps = job_.visibility.maps;
+    const std::uint32_t slot = (kind == vpl_kind     ? maps.vpl_slots
+                                : kind == point_kind ? maps.point_slots
+                                                     : maps.directional_slots)[light];
+    if (slot == kNone) {
+      const std::uint32_t row = job_.visibility.table.row(kind, light);
+      if (row != kNone) return job_.visibility.table.share(row, slot_ % kTilePixels);
+      job_.visibility.wanted.mark(kind, light);
+      missed_ = true;
+      return 1;
+    }
+    const Vec3 at = receiver_.position, ng = receiver_.ng;
+    if (kind == vpl_kind) return vpl_share(maps, light, at, ng);
+    if (kind == point_kind) return point_share(maps, light, job_.job.lights.points[light].cos_outer, at, ng);
+    return directional_share(maps, light, at, ng);
   }
 
   __device__ float bound_of(int kind, const LightNode& n) const {
@@ -225,11 +257,11 @@ class PixelHeap {
     return entry(0).bound <= threshold(heap_total_ + leaf_total_);
   }
 
-  __device__ bool finish_empty() {
+  __device__ HeapOutcome finish_empty() {
     job_.cuts.size[slot_] = 0;
     job_.cuts.bound[slot_] = 0;
     job_.cuts.at_limit[slot_] = 0;
-    return true;
+    return HeapOutcome::lit;
   }
 
   __device__ void finish() {
@@ -258,16 +290,19 @@ class PixelHeap {
   float min_distance_sq_;
   std::uint32_t size_ = 0, leaves_ = 0, rays_ = 0, pairs_ = 0;
   int taken_kind_ = 0;
+  bool missed_ = false;  ///< some light's map
   double heap_total_ = 0, leaf_total_ = 0, peak_ = 0, lost_ = 0;
   Vec3T<double> light_{};
 };
 
-template <bool rays>
+template <HeapSight sight>
 __global__ void __launch_bounds__(kHeapThreads) heap_kernel(HeapJob job, std::uint32_t first, std::uint32_t last) {
   const std::uint32_t thread = blockIdx.x * kHeapThreads + threadIdx.x, place = first + thread;
   if (place >= last) return;
   const std::uint32_t slot = job.slots != nullptr ? job.slots[place] : place;
-  job.too_small[place] = PixelHeap<rays>(job, thread, slot).run() ? 0 : 1;
+  const HeapOutcome outcome = PixelHeap<sight>(job, thread, slot).run();
+  job.too_small[place] = outcome == HeapOutcome::too_small ? 1 : 0;
+  if (outcome == HeapOutcome::missed) job.visibility.missed.add(slot);
 }
 
 struct GatherSlots {
@@ -297,9 +332,9 @@ std::uint32_t plan_batch(const Device& device, std::uint32_t wanted, std::uint32
 
 }  // namespace
 
-bool cut_by_heaps(Device& device, const TracedScene& traced, const PixelGrid& grid, const PixelView& pixels,
-                  const CutJob& job, bool shadow_rays, std::uint32_t batch, const SumView& sums, const CutView& cuts,
-                  const std::function<bool(double done)>& go_on) {
+bool cut_by_heaps(Device& device, const TracedScene& traced, const PixelView& pixels, const CutJob& job,
+                  const HeapVisibility& visibility, PixelList list, std::uint32_t batch, const SumView& sums,
+                  const CutView& cuts, const std::function<bool(double done)>& go_on) {
   std::uint64_t lights = 0;
   for (const TreeView& tree : job.trees.kind) {
     lights += tree.leaf_count;
@@ -308,10 +343,11 @@ bool cut_by_heaps(Device& device, const TracedScene& traced, const PixelGrid& gr
     }
   }
   CudaExecutor exec(device);
-  HeapJob heaps{{traced.scene, traced.bvh}, pixels, job, sums, cuts, nullptr, 0, 0, nullptr, nullptr};
+  HeapJob heaps{{traced.scene, traced.bvh}, pixels, job, sums, cuts, nullptr, 0, 0, nullptr, visibility, nullptr};
   const auto most = static_cast<std::uint32_t>(std::min<std::uint64_t>(lights + 3, 0xffffffffu));
   heaps.capacity = std::min(most, job.max_cut > 0 ? job.max_cut + 3 : kFirstHeap);
-  std::uint32_t count = grid.slot_count();
+  std::uint32_t count = list.count;
+  heaps.slots = list.slots;
   DeviceBuffer<std::uint32_t> slots;
   while (count > 0) {
     heaps.batch = plan_batch(device, std::max<std::uint32_t>(batch, kHeapThreads), heaps.capacity);
@@ -319,11 +355,12 @@ bool cut_by_heaps(Device& device, const TracedScene& traced, const PixelGrid& gr
     DeviceBuffer<std::uint32_t> too_small(device, count);
     heaps.heaps = space.data();
     heaps.too_small = too_small.data();
-    heaps.slots = slots.data();
     for (std::uint32_t first = 0; first < count; first += heaps.batch) {
       const std::uint32_t last = std::min(count, first + heaps.batch);
       const std::uint32_t blocks = (last - first + kHeapThreads - 1) / kHeapThreads;
-      const auto kernel = shadow_rays ? heap_kernel<true> : heap_kernel<false>;
+      const auto kernel = visibility.sight == HeapSight::rays   ? heap_kernel<HeapSight::rays>
+                          : visibility.sight == HeapSight::maps ? heap_kernel<HeapSight::maps>
+                                                                : heap_kernel<HeapSight::all>;
       kernel<<<blocks, kHeapThreads, 0, device.stream()>>>(heaps, first, last);
       check(cudaGetLastError(), "cutting light trees by heaps");
       if (go_on && !go_on(static_cast<double>(last) / count)) return false;
@@ -332,8 +369,9 @@ bool cut_by_heaps(Device& device, const TracedScene& traced, const PixelGrid& gr
     DeviceBuffer<std::uint32_t> places(device, count);
     const std::uint32_t left = exec.exclusive_scan(too_small.data(), places.data(), count);
     DeviceBuffer<std::uint32_t> next(device, left);
-    if (left > 0) exec.for_each(count, GatherSlots{slots.data(), too_small.data(), places.data(), next.data()});
+    if (left > 0) exec.for_each(count, GatherSlots{heaps.slots, too_small.data(), places.data(), next.data()});
     slots = std::move(next);
+    heaps.slots = slots.data();
     count = left;
     heaps.capacity =
         static_cast<std::uint32_t>(std::min<std::uint64_t>(most, std::uint64_t{heaps.capacity} * kHeapGrowth));

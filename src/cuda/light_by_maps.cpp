@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 
 #include "lightcuts/error.h"
 
@@ -42,20 +41,12 @@ std::uint32_t plan_maps_at_once(std::uint64_t budget, std::uint64_t fixed, std::
   return static_cast<std::uint32_t>(fits);
 }
 
-MapLighter::MapLighter(Device& device, const SceneView& scene, const DeviceEdges& edges, const LightArrays& lights,
-                       const ShadeOptions& options, std::uint64_t budget)
-    : device_(&device), lights_(lights), size_(options.ism_size) {
-  const MapOptions maps = map_options(options);
-  const auto per_map = static_cast<std::uint32_t>(options.ism_points);
-  const std::uint64_t fixed =
-      DevicePoints::bytes_for(per_map, edges.triangle_count()) + DeviceMaps::fixed_bytes(device, maps, lights);
-  const std::uint32_t at_once =
-      plan_maps_at_once(budget, fixed, DeviceMaps::bytes_per_map(maps), most_maps(lights), options.ism_size);
-  const auto start = std::chrono::steady_clock::now();
-  points_.emplace(device, scene, edges, per_map, options.seed);
-  maps_.emplace(device, maps, lights, at_once);
-  device.synchronize();
-  milliseconds_ = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+MapLighter::MapLighter(Device& device, const DevicePoints& points, const LightArrays& lights, const MapOptions& options,
+                       std::uint64_t budget)
+    : device_(&device), points_(&points), lights_(lights), options_(options) {
+  const std::uint32_t at_once = plan_maps_at_once(budget, DeviceMaps::fixed_bytes(device, options, lights),
+                                                  DeviceMaps::bytes_per_map(options), most_maps(lights), options.size);
+  maps_.emplace(device, options, lights, at_once);
 }
 
 /// The lights after a span that there is room for; empty after the last. All at once, or of one kind.
@@ -78,37 +69,39 @@ LightSpan MapLighter::next_span(const LightSpan& before) const {
 }
 
 void MapLighter::make(const LightSpan& span) {
-  const auto start = std::chrono::steady_clock::now();
+  StageTimer timer(*device_, "shadow maps");
   maps_->clear();
   const PointsView& points = points_->view();
   maps_->add_vpls(points, {nullptr, span.vpl_first, span.vpl_last - span.vpl_first});
   maps_->add_points(points, {nullptr, span.point_first, span.point_last - span.point_first});
   maps_->add_directionals(points, {nullptr, span.directional_first, span.directional_last - span.directional_first});
-  device_->synchronize();
-  milliseconds_ += std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  made_ += maps_->count();
+  milliseconds_ += timer.ms();
 }
 
 bool MapLighter::light(const PixelGrid& grid, const PixelView& pixels, float min_distance, const SumView& sums,
                        const std::function<bool(double)>& go_on) {
   const LightSpan all{0, lights_.vpl_count, 0, lights_.point_count, 0, lights_.directional_count};
-  std::uint64_t made = 0, done = 0;
+  std::uint64_t done = 0;
+  looked_up_ = rounds_ = 0;
   for (LightSpan span = next_span({}); lights_in(span) > 0; span = next_span(span)) {
     if (!all_made_) make(span);
-    made += maps_->count();
+    looked_up_ += maps_->count();
+    ++rounds_;
     done += lights_in(span);
     sum_lights_by_maps(*device_, grid, pixels, lights_, span, maps_->view(), min_distance, sums);
     all_made_ = lights_in(span) == lights_in(all);
     if (done < lights_in(all) && !go_on(static_cast<double>(done) / static_cast<double>(lights_in(all)))) return false;
   }
-  made_ = made;
   return true;
 }
 
 void MapLighter::report(Statistics& statistics) const {
-  statistics.shadow_maps.size = size_;
-  statistics.shadow_maps.count = made_;
+  statistics.shadow_maps.size = options_.size;
+  statistics.shadow_maps.count = looked_up_;
   statistics.shadow_maps.bytes = maps_->bytes();
-  statistics.time_ms.shadow_maps = milliseconds_;
+  statistics.shadow_maps.room = maps_->capacity();
+  statistics.shadow_maps.rounds = rounds_;
 }
 
 }  // namespace lightcuts::cuda

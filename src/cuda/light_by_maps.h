@@ -19,33 +19,37 @@ std::uint32_t plan_maps_at_once(std::uint64_t budget, std::uint64_t fixed, std::
 
 /// Instant Radiosity with visibility by imperfect shadow maps.
 ///
-/// Points are made once. Where the maps of all lights fit into the memory they are made once too; else in batches, anew
+/// Where the maps of all lights fit into the memory they are made once too; else in batches, anew
 /// for each sample: a slower plan, and the same picture to the bit.
 class MapLighter {
  public:
-  /// Everything referred to must outlive this. `budget`: bytes of device memory for points and maps.
+  /// Everything referred to must outlive this. `budget`: bytes of device memory for maps.
   /// Throws Error{out_of_memory} before anything large is allocated.
-  MapLighter(Device& device, const SceneView& scene, const DeviceEdges& edges, const LightArrays& lights,
-             const ShadeOptions& options, std::uint64_t budget);
+  MapLighter(Device& device, const DevicePoints& points, const LightArrays& lights, const MapOptions& options,
+             std::uint64_t budget);
 
   /// Adds all lights to the pixels' sums. `go_on(done)`, done in [0, 1], is asked between batches; false where it said stop.
   bool light(const PixelGrid& grid, const PixelView& pixels, float min_distance, const SumView& sums,
              const std::function<bool(double)>& go_on);
 
-  /// Tells of the maps made so far, and of the time that took (device time).
+  /// Tells of the maps of the last picture.
   void report(Statistics& statistics) const;
+  [[nodiscard]] const MapOptions& options() const { return options_; }
+  [[nodiscard]] std::uint64_t taken_bytes() const { return maps_->taken_bytes(); }  ///< of the device's memory
+  [[nodiscard]] std::uint64_t made() const { return made_; }                        ///< since it was built
+  [[nodiscard]] double making_ms() const { return milliseconds_; }                  ///< since it was built
 
  private:
   void make(const LightSpan& span);
   [[nodiscard]] LightSpan next_span(const LightSpan& before) const;
 
   Device* device_;
+  const DevicePoints* points_;
   LightArrays lights_;
-  int size_;
+  MapOptions options_;
   bool all_made_ = false;
-  std::uint64_t made_ = 0;
+  std::uint64_t made_ = 0, looked_up_ = 0, rounds_ = 0;
   double milliseconds_ = 0;
-  std::optional<DevicePoints> points_;
   std::optional<DeviceMaps> maps_;
 };
 

@@ -42,6 +42,26 @@ struct CutView {
   std::uint32_t* heavy_count = nullptr;
 };
 
+/// Receives the numbers of what has to be lit again, for want of shadow maps; in no order.
+struct MissedList {
+  std::uint32_t* units = nullptr;
+  std::uint32_t* count = nullptr;
+#if defined(__CUDACC__)
+  __device__ void add(std::uint32_t unit) const { units[atomicAdd(count, 1u)] = unit; }
+#endif
+};
+
+/// Tiles to light: those named, or, where `tiles` is null, `count` from the first on.
+struct TileList {
+  const std::uint32_t* tiles = nullptr;
+  std::uint32_t first = 0, count = 0;
+  MissedList missed = {};
+
+  [[nodiscard]] LC_FN std::uint32_t tile(std::uint32_t place) const {
+    return tiles != nullptr ? tiles[place] : first + place;
+  }
+};
+
 /// What cuts work on.
 struct CutJob {
   TreeViews trees;

@@ -200,12 +200,10 @@ std::uint64_t DeviceMaps::fixed_bytes(const Device& device, const MapOptions& op
 }
 
 DeviceMaps::DeviceMaps(Device& device, const MapOptions& options, const LightArrays& lights, std::uint32_t capacity)
-    : device_(&device), options_(options), lights_(lights), capacity_(capacity) {
+    : device_(&device), options_(options), lights_(lights) {
   slots_ = DeviceBuffer<std::uint32_t>(
       device, std::size_t{1} + lights.vpl_count + lights.point_count + lights.directional_count);
-  records_ = DeviceBuffer<MapRecord>(device, capacity);
-  streams_ = DeviceBuffer<std::uint32_t>(device, capacity);
-  codes_ = DeviceBuffer<std::uint32_t>(device, capacity * (codes_per_map_bytes(options) / 4));
+  grow(capacity);
   const DrawPlan plan = plan_drawing(device, options);
   if (!plan.in_shared) {
     scratch_ = DeviceBuffer<std::uint32_t>(device, std::size_t{plan.scratch_words} * plan.blocks);
@@ -213,11 +211,72 @@ DeviceMaps::DeviceMaps(Device& device, const MapOptions& options, const LightArr
   view_.vpl_slots = slots_.data();
   view_.point_slots = slots_.data() + lights.vpl_count;
   view_.directional_slots = slots_.data() + lights.vpl_count + lights.point_count;
-  view_.records = records_.data();
-  view_.codes = codes_.data();
   view_.size = options.size;
   view_.depth_bits = options.depth_bits;
   clear();
+}
+
+namespace {
+
+/// A larger buffer with the first `count` values of another, which it takes the place of.
+template <class T>
+void enlarge(Device& device, DeviceBuffer<T>& buffer, std::size_t size, std::size_t count) {
+  DeviceBuffer<T> larger(device, size);
+  if (count > 0) {
+    check(cudaMemcpyAsync(larger.data(), buffer.data(), count * sizeof(T), cudaMemcpyDeviceToDevice, device.stream()),
+          "copying shadow maps");
+  }
+  buffer = std::move(larger);
+}
+
+}  // namespace
+
+void DeviceMaps::grow(std::uint32_t capacity) {
+  const std::size_t words = codes_per_map_bytes(options_) / 4;
+  enlarge(*device_, records_, capacity, count_);
+  view_.records = records_.data();
+  enlarge(*device_, streams_, capacity, count_);
+  enlarge(*device_, codes_, capacity * words, count_ * words);
+  view_.codes = codes_.data();
+  capacity_ = capacity;
+}
+
+namespace {
+
+__device__ bool same_place(const Vpl& a, const Vpl& b) { return a.position == b.position && a.axis == b.axis; }
+__device__ bool same_place(const PointLight& a, const PointLight& b) {
+  return a.position == b.position && a.axis == b.axis && a.cos_outer == b.cos_outer;
+}
+__device__ bool same_place(const DirectionalLight& a, const DirectionalLight& b) { return a.direction == b.direction; }
+
+template <class Light>
+struct ForgetMoved {
+  const Light* before;
+  const Light* now;
+  std::uint32_t* slots;
+  __device__ void operator()(std::uint32_t i) const {
+    if (!same_place(before[i], now[i])) slots[i] = kNone;
+  }
+};
+
+}  // namespace
+
+void DeviceMaps::replace_lights(const LightArrays& lights) {
+  CudaExecutor executor(*device_);
+  std::uint32_t* const slots = slots_.data();
+  executor.for_each(lights.vpl_count, ForgetMoved<Vpl>{lights_.vpls, lights.vpls, slots});
+  executor.for_each(lights.point_count,
+                    ForgetMoved<PointLight>{lights_.points, lights.points, slots + lights.vpl_count});
+  executor.for_each(lights.directional_count,
+                    ForgetMoved<DirectionalLight>{lights_.directionals, lights.directionals,
+                                                  slots + lights.vpl_count + lights.point_count});
+  lights_ = lights;
+}
+
+void DeviceMaps::renew(std::uint32_t capacity) {
+  clear();
+  codes_ = {};
+  grow(capacity);
 }
 
 void DeviceMaps::clear() {

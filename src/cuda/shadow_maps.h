@@ -19,6 +19,8 @@ struct MapOptions {
   PointChoice choice = PointChoice::block;
   std::uint64_t seed = 1;
   int threads = 0;  ///< that draw a map, a multiple of 32; 0: the best measured
+
+  bool operator==(const MapOptions&) const = default;
 };
 MapOptions map_options(const ShadeOptions& options);
 
@@ -41,6 +43,14 @@ class DeviceMaps {
 
   /// Forgets all maps but keeps their memory.
   void clear();
+  /// Takes memory for so many maps; what there are stay, and both old and new memory are taken for a moment.
+  void grow(std::uint32_t capacity);
+  /// Forgets all maps and takes memory for so many, after giving back the old.
+  void renew(std::uint32_t capacity);
+
+  /// Takes other lights in the place of those that there were, as many of each kind: maps of those that stand where they
+  /// stood, and look where they looked, stay.
+  void replace_lights(const LightArrays& lights);
 
   // Make the maps of lights that have none yet; each light once. There must be room for them.
   void add_vpls(const PointsView& points, const LightRange& range);
@@ -51,6 +61,11 @@ class DeviceMaps {
   [[nodiscard]] std::uint32_t count() const { return count_; }
   [[nodiscard]] std::uint32_t capacity() const { return capacity_; }
   [[nodiscard]] std::uint64_t bytes() const { return count_ * codes_per_map_bytes(options_); }
+
+  /// Of the device's memory that is taken.
+  [[nodiscard]] std::uint64_t taken_bytes() const {
+    return slots_.bytes() + records_.bytes() + streams_.bytes() + codes_.bytes() + scratch_.bytes();
+  }
 
   static std::uint64_t codes_per_map_bytes(const MapOptions& options);
   /// All that a map takes, and all that the set takes beside its maps.

@@ -55,6 +55,7 @@ class DevicePoints {
                std::uint64_t seed);
 
   [[nodiscard]] const PointsView& view() const { return view_; }
+  [[nodiscard]] std::uint64_t bytes() const { return points_.bytes() + shapes_.bytes(); }
   [[nodiscard]] double area() const { return area_; }  ///< of all surfaces that masks leave [m^2]
   /// Bytes that making the points takes at most, for a scene of so many triangles.
   static std::uint64_t bytes_for(std::uint32_t per_map, std::uint64_t triangles);

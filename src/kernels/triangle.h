@@ -41,6 +41,15 @@ LC_FN float product_difference(float a, float b, float c, float d) {
 #endif
 }
 
+/// Normal of a triangle by its edges in a row: of three products that are equal but for rounding, that of the two
+/// shorter edges, as long thin triangles' other ones are all cancellation.
+LC_FN Vec3 plane_normal(Vec3 ab, Vec3 bc, Vec3 ca) {
+  const float ab_sq = length_sq(ab), bc_sq = length_sq(bc), ca_sq = length_sq(ca);
+  const bool ab_longest = ab_sq >= bc_sq && ab_sq >= ca_sq, bc_longest = bc_sq >= ca_sq;
+  const Vec3 first = ab_longest ? bc : bc_longest ? ca : ab, second = ab_longest ? ca : bc_longest ? ab : bc;
+  return cross(first, second);
+}
+
 /// Distance and barycentric coordinates (weights of corners 1 and 2) of a hit; t < 0: none.
 struct TriangleHit {
   float t, u, v;
@@ -70,7 +79,7 @@ LC_FN TriangleHit intersect_triangle(Vec3 origin, const ShearedRay& ray, Vec3 p0
   if (det == 0) return miss;
   // Whether it hits is decided; where, the plane tells better: edge functions of a triangle seen at a grazing angle are
   // all cancellation, its edges are not.
-  const Vec3 normal = cross(p1 - p0, p2 - p0);
+  const Vec3 normal = plane_normal(p1 - p0, p2 - p1, p0 - p2);
   const float t = dot(a, normal) / dot(ray.direction, normal);
   if (!(t >= t_min && t <= t_max)) return miss;
   const float inv_det = 1.0f / det;

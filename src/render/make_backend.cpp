@@ -18,18 +18,11 @@ std::unique_ptr<Backend> make_gpu_backend(const RenderOptions& options) {
 bool gpu_answers() { return cuda_device_count() > 0; }
 #endif
 
-/// What the CUDA backend has so far; `auto` must not choose it for the rest.
-bool gpu_can(const ShadeOptions& shade) {
-  return shade.method != Method::lightcuts || shade.visibility != Visibility::ism;
-}
-
 }  // namespace
 
 std::unique_ptr<Backend> make_backend(const RenderOptions& options) {
   if (options.backend == BackendKind::cuda) return make_gpu_backend(options);
-  if (options.backend == BackendKind::automatic && gpu_answers() && gpu_can(options.shade)) {
-    return make_gpu_backend(options);
-  }
+  if (options.backend == BackendKind::automatic && gpu_answers()) return make_gpu_backend(options);
   return make_cpu_backend(options.threads);
 }
 

@@ -1,0 +1,155 @@
+#include "cuda/map_rounds.h"
+
+#include <algorithm>
+#include <numeric>
+#include <utility>
+#include <vector>
+
+namespace lightcuts::cuda {
+namespace {
+
+class Rounds {
+ public:
+  Rounds(Device& device, LightMaps& maps, const TreeViews& trees, std::uint32_t count, std::uint32_t units_of_tile,
+         const LightUnits& light, const LookUpUnit& look_up, const std::function<bool(double)>& go_on,
+         std::uint64_t& rounds)
+      : device_(device),
+        maps_(maps),
+        trees_(trees),
+        all_(count),
+        units_of_tile_(units_of_tile),
+        light_(light),
+        look_up_(look_up),
+        go_on_(go_on),
+        rounds_(rounds),
+        missed_{DeviceBuffer<std::uint32_t>(device, count), DeviceBuffer<std::uint32_t>(device, count)},
+        missed_count_(device, 1) {}
+
+  bool run() {
+    if (maps_.add_upper_levels(trees_) || start_over()) {
+      const Outcome outcome = light({nullptr, all_});
+      return outcome == Outcome::no_room ? run_in_batches(fetch_left()) : outcome == Outcome::lit;
+    }
+    std::vector<std::uint32_t> units(all_);
+    std::iota(units.begin(), units.end(), 0u);
+    return run_in_batches(std::move(units));
+  }
+
+ private:
+  enum class Outcome { lit, stopped, no_room };
+
+  /// Forgets all maps but the upper levels'; false where not even those fit.
+  bool start_over() {
+    maps_.clear();
+    return maps_.add_upper_levels(trees_);
+  }
+
+  /// Lights units until none misses a map, or until there is no room for maps; those that are not lit are then `left_`.
+  Outcome light(UnitList list) {
+    while (true) {
+      missed_count_.fill_bytes(0);
+      DeviceBuffer<std::uint32_t>& missed = missed_[turn_];
+      ++rounds_;
+      if (!light_(list, {missed.data(), missed_count_.data()})) return Outcome::stopped;
+      missed_count_.download(&left_, 1);
+      if (left_ == 0) return Outcome::lit;
+      list = {missed.data(), left_};
+      turn_ = 1 - turn_;
+      if (!maps_.add_wanted()) return Outcome::no_room;
+      if (!go_on_(1 - static_cast<double>(waiting_ + left_) / all_)) return Outcome::stopped;
+    }
+  }
+
+  /// What `light` left, in order: neighbours ask for the same maps.
+  std::vector<std::uint32_t> fetch_left() {
+    std::vector<std::uint32_t> units(left_);
+    missed_[1 - turn_].download(units.data(), left_);
+    std::sort(units.begin(), units.end());
+    return units;
+  }
+
+  /// Lights units a batch at a time: smaller and smaller ones until their maps fit.
+  bool run_in_batches(std::vector<std::uint32_t> todo) {
+    std::reverse(todo.begin(), todo.end());  // the next ones are last
+    std::size_t batch = std::max<std::size_t>(1, todo.size() / 2);
+    if (!start_over()) return run_alone(todo);
+    bool fresh = true;
+    while (!todo.empty()) {
+      const std::size_t count = std::min(batch, todo.size());
+      DeviceBuffer<std::uint32_t> units(device_, count);
+      units.upload(todo.data() + (todo.size() - count), count);
+      device_.synchronize();
+      todo.resize(todo.size() - count);
+      waiting_ = todo.size();
+      const Outcome outcome = light({units.data(), static_cast<std::uint32_t>(count)});
+      if (outcome == Outcome::stopped) return false;
+      if (outcome == Outcome::lit) {
+        fresh = false;
+        continue;
+      }
+      const std::vector<std::uint32_t> left = fetch_left();
+      todo.insert(todo.end(), left.rbegin(), left.rend());
+      if (fresh && left.size() == count) {
+        if (count == 1 && !run_alone(take_a_tile(todo))) return false;
+        batch = std::max<std::size_t>(1, count / 2);
+      }
+      start_over();
+      fresh = true;
+    }
+    return true;
+  }
+
+  /// The units that come next, as far as they are of one tile.
+  std::vector<std::uint32_t> take_a_tile(std::vector<std::uint32_t>& todo) const {
+    std::vector<std::uint32_t> units;
+    const std::uint32_t tile = todo.back() / units_of_tile_;
+    for (; !todo.empty() && todo.back() / units_of_tile_ == tile; todo.pop_back()) units.push_back(todo.back());
+    return units;
+  }
+
+  /// Lights units one by one, with what was looked up in maps that are gone.
+  bool run_alone(const std::vector<std::uint32_t>& units) {
+    for (std::size_t i = 0; i < units.size(); ++i) {
+      DeviceBuffer<std::uint32_t> unit(device_, 1);
+      unit.upload(&units[i], 1);
+      if (i == 0 || units[i] / units_of_tile_ != units[i - 1] / units_of_tile_) maps_.forget_table();
+      const auto fill = [&](const std::uint32_t* ids, std::uint32_t count, int kind, std::uint8_t* fifths) {
+        look_up_(units[i], kind, ids, count, fifths);
+      };
+      do {
+        maps_.look_up_wanted(trees_, fill);
+        missed_count_.fill_bytes(0);
+        ++rounds_;
+        if (!light_({unit.data(), 1}, {missed_[0].data(), missed_count_.data()})) return false;
+        missed_count_.download(&left_, 1);
+      } while (left_ > 0);
+      if (!go_on_(1 - static_cast<double>(units.size() - i) / all_)) return false;
+    }
+    maps_.forget_table();
+    return true;
+  }
+
+  Device& device_;
+  LightMaps& maps_;
+  const TreeViews& trees_;
+  std::uint32_t all_, units_of_tile_;
+  const LightUnits& light_;
+  const LookUpUnit& look_up_;
+  const std::function<bool(double)>& go_on_;
+  std::uint64_t& rounds_;
+  DeviceBuffer<std::uint32_t> missed_[2];
+  DeviceBuffer<std::uint32_t> missed_count_;
+  int turn_ = 0;
+  std::uint32_t left_ = 0;
+  std::size_t waiting_ = 0;  ///< units of later batches
+};
+
+}  // namespace
+
+bool light_in_rounds(Device& device, LightMaps& maps, const TreeViews& trees, std::uint32_t count,
+                     std::uint32_t units_of_tile, const LightUnits& light, const LookUpUnit& look_up,
+                     const std::function<bool(double)>& go_on, std::uint64_t& rounds) {
+  return Rounds(device, maps, trees, count, units_of_tile, light, look_up, go_on, rounds).run();
+}
+
+}  // namespace lightcuts::cuda

@@ -1,0 +1,22 @@
+#pragma once
+
+#include "cuda/light_maps.h"
+#include "cuda/packet_cut.h"
+
+namespace lightcuts::cuda {
+
+/// Looks up lights that have maps from all pixels of a tile: fifths[32 * i + lane] receives what arrives of light ids[i].
+void look_up_tile(Device& device, const MapSetView& maps, const PixelView& pixels, const LightArrays& lights,
+                  std::uint32_t tile, int kind, const std::uint32_t* ids, std::uint32_t count, std::uint8_t* fifths);
+
+/// As cut_by_packets, with visibility by shadow maps. Tiles that want a map that is missing are left and listed in
+/// list.missed; their lights without a map are marked as wanted.
+void cut_by_packets(Device& device, const MapSetView& maps, const WantedMaps& wanted, const ShareTable& table,
+                    const PixelView& pixels, const CutJob& job, const TileList& list, const SumView& sums,
+                    const CutView& cuts);
+
+/// The same for maps of 16 bits, and lists the nodes: for tests.
+void list_packets_by_maps(Device& device, const MapSetView& maps, const WantedMaps& wanted, const PixelView& pixels,
+                          const CutJob& job, const TileList& list, const SumView& sums, const CutView& cuts);
+
+}  // namespace lightcuts::cuda

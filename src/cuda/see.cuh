@@ -1,0 +1,84 @@
+#pragma once
+
+#include "cuda/fast_float.cuh"
+#include "cuda/staged_light.cuh"
+#include "cuda/tracer.cuh"
+#include "kernels/light.h"
+#include "kernels/offset_point.h"
+
+namespace lightcuts::cuda {
+
+/// The geometric factor of a staged light at a pixel, without visibility.
+struct LightFactor {
+  float clamped, unclamped;
+};
+template <int kind>
+__device__ inline LightFactor factor_of(const Receiver<FastFloat>& receiver, const StagedLight& light,
+                                        float min_distance_sq) {
+  if constexpr (kind == vpl_kind) {
+    const VplFactor<FastFloat> f =
+        vpl_factor(receiver, fast(light.position), fast(light.axis), FastFloat(min_distance_sq));
+    return {f.clamped.value, f.unclamped.value};
+  } else if constexpr (kind == point_kind) {
+    const float f = point_factor(receiver, Spot<FastFloat>{fast(light.position), fast(light.axis),
+                                                           FastFloat(light.cos_outer), FastFloat(light.inverse_range)})
+                        .value;
+    return {f, f};
+  } else {
+    const float f = directional_factor(receiver, fast(light.axis)).value;
+    return {f, f};
+  }
+}
+
+/// Where the shadow ray to a staged light goes.
+template <int kind>
+__device__ inline Ray shadow_ray_to(Vec3 from, const StagedLight& light) {
+  if constexpr (kind == vpl_kind) {
+    return {from, 0, offset_point(light.position, light.axis) - from, kShadowRayEnd};
+  } else if constexpr (kind == point_kind) {
+    return {from, 0, light.position - from, kShadowRayEnd};
+  } else {
+    return {from, 0, -light.axis, kInfinity};
+  }
+}
+
+// --- Ways to see lights ---
+//
+// `shadows`: looking at a light costs more than its bound. `own_cuts`: so much more that every pixel of a group tests the
+// nodes that the group as a whole refuses. `traces`: looks are counted as rays. `Staged`: what is read of a light once for
+// all pixels of a tile.
+
+/// All light arrives.
+struct SeeAll {
+  static constexpr bool shadows = false, own_cuts = false, traces = false;
+  struct Staged {};
+  template <int kind>
+  __device__ bool stage(std::uint32_t, Staged&) const {
+    return true;
+  }
+  template <int kind>
+  __device__ void prefetch(const Staged&, Vec3) const {}
+  template <int kind>
+  __device__ float share(const Receiver<FastFloat>&, Vec3, const StagedLight&, const Staged&) const {
+    return 1;
+  }
+};
+
+/// Exact shadow rays.
+struct SeeByRays {
+  static constexpr bool shadows = true, own_cuts = true, traces = true;
+  struct Staged {};
+  DeviceTracer tracer;
+  template <int kind>
+  __device__ bool stage(std::uint32_t, Staged&) const {
+    return true;
+  }
+  template <int kind>
+  __device__ void prefetch(const Staged&, Vec3) const {}
+  template <int kind>
+  __device__ float share(const Receiver<FastFloat>&, Vec3 from, const StagedLight& light, const Staged&) const {
+    return tracer.occluded(shadow_ray_to<kind>(from, light)) ? 0.0f : 1.0f;
+  }
+};
+
+}  // namespace lightcuts::cuda

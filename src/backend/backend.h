@@ -104,7 +104,7 @@ class Backend {
 std::unique_ptr<Backend> make_cpu_backend(int threads);
 
 /// The stages on GPU number `device` (src/cuda); only in builds with CUDA. `memory_limit` [bytes], 0: three quarters of
-/// what is free. Throws Error{no_device} where it does not answer, Error{not_built} where this build has no code for it.
+/// what is free. Throws Error{no_device} where it does not answer or this build has no code for it.
 std::unique_ptr<Backend> make_cuda_backend(int device, std::uint64_t memory_limit);
 
 /// Builds light trees by the processor, with the builder that the options name (src/cpu); for backends that have no such

@@ -20,7 +20,7 @@ namespace lightcuts::cuda {
 class CudaBackend final : public Backend {
  public:
   /// Opens device `index`; `memory_limit` 0: three quarters of what is free.
-  /// Throws Error{no_device, not_built}.
+  /// Throws Error{no_device}.
   CudaBackend(int index, std::uint64_t memory_limit);
 
   [[nodiscard]] std::string device_name() const override;

@@ -9,7 +9,7 @@
 
 namespace lightcuts::cuda {
 
-/// Turns a failed CUDA call into an Error: no_device, not_built or out_of_memory, with a sentence that helps.
+/// Turns a failed CUDA call into an Error: no_device or out_of_memory, with a sentence that helps.
 /// `doing` completes "while ...".
 void check(cudaError_t status, const char* doing);
 
@@ -19,8 +19,8 @@ void check(cudaError_t status, const char* doing);
 /// A limit keeps every allocation inside the plan; passing it is Error{out_of_memory} before the driver is asked.
 class Device {
  public:
-  /// Opens device `index`. Throws Error{no_device} where there is none or it does not answer, Error{not_built} where this
-  /// build has no code for it. `memory_limit` 0: three quarters of what is free now.
+  /// Opens device `index`. Throws Error{no_device} where there is none, or it does not answer, or this build
+  /// has no code for it. `memory_limit` 0: three quarters of what is free now.
   Device(int index, std::uint64_t memory_limit);
   ~Device();
   Device(const Device&) = delete;

@@ -50,7 +50,9 @@ TEST_F(OnDevice, TreesOfAllBuildersGivePictures) {
     const RenderResult cpu = render(scene, select_camera(scene, ""), options);
     EXPECT_EQ(gpu.statistics.tree.nodes, 2 * gpu.statistics.vpls.count - 1);
     EXPECT_GT(gpu.statistics.tree.depth, 10u);
-    EXPECT_NEAR(gpu.statistics.cut.mean / cpu.statistics.cut.mean, 1.3, 0.7) << static_cast<int>(builder);
+    // A GPU's groups of pixels are larger than the CPU's, and so are their cuts.
+    EXPECT_LT(gpu.statistics.cut.mean, 3 * cpu.statistics.cut.mean) << static_cast<int>(builder);
+    EXPECT_GT(gpu.statistics.cut.mean, cpu.statistics.cut.mean / 2) << static_cast<int>(builder);
   }
 }
 

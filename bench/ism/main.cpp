@@ -53,13 +53,14 @@ struct Bench {
   }
 };
 
-void print_agreement(const Bench& bench, std::uint32_t points, const ShadowMapOptions& options, const char* note) {
+void print_agreement(const Bench& bench, std::uint32_t points, const ShadowMapOptions& options, const char* note,
+                     bool exact = false) {
   constexpr std::size_t step = 20;
   const SurfacePoints surface(bench.cpu_scene->view(), {points});
   ShadowMapSet maps(ism_kernels(selected_isa()), surface, bench.lights, options);
   maps.add(every_light(bench.lights, 0, step));
   const oracle::Agreement a =
-      oracle::measure_agreement(maps, bench.lights, *bench.cpu_scene, *bench.tracer, step, 160, true);
+      oracle::measure_agreement(maps, bench.lights, *bench.cpu_scene, *bench.tracer, step, 160, true, exact);
   const double wrong = a.wrongly_lit + a.wrongly_dark;
   fmt::print("| {} | {} | {} | {} | {:.1f} | {:.1f} | {:.1f} | {:.1f} | {:.1f} | {:.0f} of {:.0f} |\n", bench.name,
              options.size, points, note, 100 * a.agreement(), 100 * a.balanced(), 100 * a.wrongly_lit / a.pairs,
@@ -76,6 +77,9 @@ void agreement(const Bench& bench) {
       options.size = size;
       print_agreement(bench, points, options, "edges, 2 levels");
     }
+    ShadowMapOptions options;
+    options.size = size;
+    print_agreement(bench, 8000, options, "exact depths", true);
   }
   ShadowMapOptions options;
   options.levels = 0;

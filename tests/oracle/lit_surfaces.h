@@ -31,19 +31,6 @@ inline Vec3 stored_place(const ShadowMapSet& maps, const MapView& view, std::uin
   return view.origin + w * (static_cast<float>(code) * view.far / kDepthSteps<std::uint16_t>);
 }
 
-/// Share of light by a map whose depths are those of rays through the texels' centres.
-inline float exact_map_share(const RayTracer& tracer, const MapView& view, int size, Vec3 position, Vec3 normal) {
-  const auto fetch = [&](int x, int y) -> std::uint16_t {
-    const float u = texel_centre(x, size), v = texel_centre(y, size);
-    if (u * u + v * v >= view.rim_sq) return kNoDepth<std::uint16_t>;
-    const Hit hit = tracer.intersect({view.origin, 0, to_world(view.frame, unproject_paraboloid(u, v)), view.far});
-    if (!hit.valid()) return kNoDepth<std::uint16_t>;
-    return encode_depth<std::uint16_t>(hit.t, kDepthSteps<std::uint16_t> / view.far);
-  };
-  const Vec3 local = to_local_point(view, position), across = to_local_vector(view.frame, normal);
-  return lookup_visibility<std::uint16_t>(view, local, across, size, fetch);
-}
-
 /// Asks the maps of every `step`-th VPL at `per_light` places that it reaches, of which no place two texels around, on
 /// their plane, is hidden.
 inline LitSurfaces measure_lit_surfaces(const ShadowMapSet& maps, const LightSet& lights, const SceneArrays& scene,

@@ -75,9 +75,24 @@ inline bool at_shadow_edge(const RayTracer& tracer, const MapView& view, int siz
   return false;
 }
 
+/// Share of light by a map whose depths are those of rays through the texels' centres.
+inline float exact_map_share(const RayTracer& tracer, const MapView& view, int size, Vec3 position, Vec3 normal) {
+  const auto fetch = [&](int x, int y) -> std::uint16_t {
+    const float u = texel_centre(x, size), v = texel_centre(y, size);
+    if (u * u + v * v >= view.rim_sq) return kNoDepth<std::uint16_t>;
+    const Hit hit = tracer.intersect({view.origin, 0, to_world(view.frame, unproject_paraboloid(u, v)), view.far});
+    if (!hit.valid()) return kNoDepth<std::uint16_t>;
+    return encode_depth<std::uint16_t>(hit.t, kDepthSteps<std::uint16_t> / view.far);
+  };
+  const Vec3 local = to_local_point(view, position), across = to_local_vector(view.frame, normal);
+  return lookup_visibility<std::uint16_t>(view, local, across, size, fetch);
+}
+
 /// Compares the maps of every `step`-th VPL with rays to `per_light` random points that face it.
+/// @param exact  asks maps of traced depths instead: what as many points as one likes would give
 inline Agreement measure_agreement(const ShadowMapSet& maps, const LightSet& lights, const SceneArrays& scene,
-                                   const RayTracer& tracer, std::size_t step, int per_light, bool edges = false) {
+                                   const RayTracer& tracer, std::size_t step, int per_light, bool edges = false,
+                                   bool exact = false) {
   Agreement result;
   ReceiverSampler sampler(scene.view(), 1);
   for (std::size_t light = 0; light < lights.vpls.size(); light += step) {
@@ -108,6 +123,10 @@ inline Agreement measure_agreement(const ShadowMapSet& maps, const LightSet& lig
       maps.shares(LightKind::vpl, id, packet, 0xffff, share);
       for (int lane = 0; lane < kPacketSize; ++lane, ++drawn) {
         const bool visible = !tracer.occluded(shadow_ray(points[lane].position, offset_point(vpl.position, vpl.axis)));
+        if (exact) {
+          share[lane] =
+              exact_map_share(tracer, view, maps.maker().options().size, points[lane].position, points[lane].normal);
+        }
         const bool lit = share[lane] > 0.5f;
         result.pairs += 1;
         result.lit += visible ? 1 : 0;

@@ -11,7 +11,18 @@ namespace lightcuts {
 /// Work memory of fill_holes, so that filling many maps allocates once.
 template <class Depth>
 struct FillScratch {
-  std::vector<std::vector<Depth>> coarser;
+  /// A coarser level, as far as it was asked for.
+  struct Level {
+    int size = 0;
+    std::vector<Depth> pulled, pushed;
+    std::vector<std::uint8_t> known;  ///< a texel: bit 0: its pulled, bit 1: its pushed code is there
+  };
+  std::vector<Level> coarser;
+  struct Hole {
+    std::uint32_t texel;
+    Depth code;
+  };
+  std::vector<Hole> holes;
 };
 
 /// Fills the texels of a map in which nothing was drawn from up to `levels` coarser levels, by pull and push.

@@ -164,8 +164,8 @@ ShadeResult CpuBackend::shade(const Camera& camera, int width, int height, const
   const AllLights all_lights(kernels_, light_set_, visibility, min_distance);
   LightMarks marks(trees_);
   const float error = options.visibility == Visibility::rays ? kShadowedShare * options.error : options.error;
-  // Maps may let light through where rays do not: what is hidden for certain counts with rays only.
-  const OccluderView occluders = options.visibility == Visibility::rays
+  // Maps let some light through where rays do not: what is hidden for certain is left out with them too.
+  const OccluderView occluders = options.visibility != Visibility::none
                                      ? view_of(scene.occluders, scene.cpu_scene.view(), trees_)
                                      : OccluderView{};
   const CutContext cut{trees_, light_set_,      visibility, min_distance * min_distance,

@@ -132,16 +132,22 @@ TEST(LightcutsByMaps, ASmallBudgetMakesThemSlowerAndNothingElse) {
   }
 }
 
-TEST(LightcutsByMaps, BothWalksAgreeWithTheSumOverAllMaps) {
-  // A promise of zero means every light by itself: then both are the sum, to rounding.
+TEST(LightcutsByMaps, WithoutErrorAreTheSumOverAllMapsOrCloserToRays) {
+  // A promise of zero means every light by itself: then the heap's is the sum, to rounding. The packet walk leaves out what
+  // large polygons hide for certain, of which maps let some light through.
   const Rendered sum = shade(2, by_maps(), 0, 300);
   ShadeOptions options = by_maps();
   options.method = Method::lightcuts;
   options.error = 1e-6f;
-  for (const CutWalk walk : {CutWalk::heap, CutWalk::packet}) {
-    options.cut = walk;
-    EXPECT_LT(compare(shade(2, options, 0, 300).image, sum.image).mean_relative_error, 2e-5);
-  }
+  options.cut = CutWalk::heap;
+  EXPECT_LT(compare(shade(2, options, 0, 300).image, sum.image).mean_relative_error, 2e-5);
+  options.cut = CutWalk::packet;
+  const Rendered packet = shade(2, options, 0, 300);
+  EXPECT_LT(compare(packet.image, sum.image).mean_relative_error, 0.01);
+  ShadeOptions by_rays;
+  by_rays.visibility = Visibility::rays;
+  const Rendered rays = shade(2, by_rays, 0, 300);
+  EXPECT_LT(compare(packet.image, rays.image).relmse, compare(sum.image, rays.image).relmse);
 }
 
 TEST(LightByMaps, SaysWhatItNeedsBeforeItTakesMemory) {

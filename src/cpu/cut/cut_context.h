@@ -22,7 +22,7 @@ struct CutContext {
   float error;                         ///< bound on each node relative to the pixel's total
   std::uint32_t max_cut;               ///< largest cut, 0: none
   LightMarks& marks;
-  OccluderView occluders{};  ///< what hides lights for certain; none where shadow rays do not decide
+  OccluderView occluders{};  ///< what hides lights for certain; none without shadows
 
   /// What a node's bound on luminance may be at most [same unit as total].
   [[nodiscard]] double threshold(double total) const { return error * (1 - kThresholdSlack) * total; }

@@ -114,10 +114,13 @@ TEST_P(CutsByMaps, AreTheCpus) {
   Statistics twice;
   expect_same_planes(heap_b, shade(*gpu, Method::lightcuts, twice));
   // Groups of pixels are not the CPU's, so cuts differ within what is promised: with little error allowed, hardly.
-  options.cut = CutWalk::packet;
+  // The CPU's packet walk leaves out what large polygons hide for certain, which is not the same sum: its heaps do not.
   for (const float error : {0.02f, 0.001f}) {
     options.error = error;
-    const Image a = shade(*cpu, Method::lightcuts, of_cpu), b = shade(*gpu, Method::lightcuts, of_gpu);
+    options.cut = CutWalk::heap;
+    const Image a = shade(*cpu, Method::lightcuts, of_cpu);
+    options.cut = CutWalk::packet;
+    const Image b = shade(*gpu, Method::lightcuts, of_gpu);
     const double packets = compare(b, a).relmse;
     std::printf("  %s, error %g: relmse %.2e, cut %.0f (CPU %.0f)\n", GetParam(), static_cast<double>(error), packets,
                 of_gpu.cut.mean, of_cpu.cut.mean);

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "backend/emitter_table.h"
+#include "backend/find_occluders.h"
 #include "backend/scene_arrays.h"
 #include "backend/vpl_placement.h"
 #include "backend/vpl_plan.h"
@@ -73,7 +74,9 @@ struct CudaBackend::Loaded {
         arrays(loaded_scene),
         table(std::in_place, arrays),
         on_device(device, loaded_scene, arrays.view()),
-        emitters(device, table->view(), arrays.view().instance_count) {}
+        emitters(device, table->view(), arrays.view().instance_count) {
+    place_occluders(device);
+  }
 
   [[nodiscard]] TracedScene traced() const { return {on_device.view(), on_device.bvh(), emitters.view()}; }
   [[nodiscard]] EmitterPowers powers() const {
@@ -88,6 +91,13 @@ struct CudaBackend::Loaded {
     on_device.update_materials(arrays.view());
     table.emplace(arrays);
     emitters = DeviceEmitters(device, table->view(), arrays.view().instance_count);
+  }
+
+  void place_occluders(Device& device) {
+    const std::vector<Occluder> found = find_occluders(arrays.view(), kMostOccluders);
+    occluders = DeviceBuffer<Occluder>(device, found.size());
+    occluders.upload(found.data(), found.size());
+    occluder_count = static_cast<std::uint32_t>(found.size());
   }
 
   /// Made when maps first need them.
@@ -116,6 +126,8 @@ struct CudaBackend::Loaded {
   std::optional<EmitterTable> table;
   DeviceScene on_device;
   DeviceEmitters emitters;
+  DeviceBuffer<Occluder> occluders;
+  std::uint32_t occluder_count = 0;
   std::optional<DeviceEdges> hard_edges;
   std::optional<DevicePoints> surface_points;
   std::uint32_t points_per_map = 0;
@@ -392,7 +404,13 @@ bool CudaBackend::light_by_cuts(Shading& s) {
   for (int kind = 0; kind < kKinds; ++kind) cuts.used[kind] = s.used[kind].data();
   const bool rays = s.options.visibility == Visibility::rays;
   const float error = rays ? kShadowedShare * s.options.error : s.options.error;
-  const CutJob job{device_trees_.view(), light_arrays(), s.min_distance, error, s.options.max_cut};
+  CutJob job{device_trees_.view(), light_arrays(), s.min_distance, error, s.options.max_cut};
+  if (s.options.visibility == Visibility::rays) {
+    const Loaded& scene = loaded();
+    job.occluders = scene.occluders.data();
+    job.occluder_count = scene.occluder_count;
+    job.scene_bounds = scene.arrays.view().bounds;
+  }
   const SumView sums{s.film.light(), s.film.lost(), s.film.rays()};
   const bool complete =
       s.options.cut == CutWalk::heap ? light_heaps(s, job, sums, cuts) : light_tiles(s, job, sums, cuts);

@@ -4,6 +4,7 @@
 #include "cuda/picture_kernels.h"
 #include "cuda/sum_kernels.h"
 #include "kernels/cut_criterion.h"
+#include "kernels/occluder.h"
 
 namespace lightcuts::cuda {
 
@@ -71,6 +72,10 @@ struct CutJob {
   std::uint32_t max_cut = 0;
   /// Node tests after which a tile is left to a team of warps: where hardly any light arrives, cuts have very many nodes.
   std::uint32_t heavy_visits = 16384;
+  /// What hides lights for certain, and the box around the scene; none where shadow rays do not decide.
+  const Occluder* occluders = nullptr;
+  std::uint32_t occluder_count = 0;
+  Box scene_bounds = {};
 };
 
 /// Lights the pixels of the tiles [first, last) by cuts that groups of a warp's pixels share.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "cuda/hidden_nodes.cuh"
 #include "cuda/packet_cut.h"
 #include "cuda/see.cuh"
 #include "cuda/warp.cuh"
@@ -38,6 +39,7 @@ struct WarpSpace {
   typename Visibility::Staged seen[32];  ///< of `lights`
   PixelsNode stack[kStack];              ///< first children of the nodes to go below
   PixelsNode chosen[kChosen];
+  Umbras<Visibility::traces> umbras;
 };
 
 /// What a warp of a team found for a pixel; it lies in the warp's `lights`.
@@ -234,6 +236,7 @@ class TileCut {
     const float gain_lo = warp_min(in ? gap_to_end(-axis, box, position) : kInfinity);
     const float gain_hi = warp_min(in ? gap_to_end(axis, box, position) : kInfinity);
     group_ = receiver_group<FastFloat>(box, axis, cosine, gain_lo, gain_hi);
+    space_.umbras.find(job_, box, lane_);
   }
 
   // --- Rounds ---
@@ -403,6 +406,7 @@ class TileCut {
         shines = !(bound == 0);
         accepts = node.is_leaf() || bound <= 1;
         splits = !accepts;
+        if (shines && space_.umbras.template hide<kind>(node.box)) accepts = splits = shines = false;
         if (accepts && !node.is_leaf()) largest_bound_ = fmaxf(largest_bound_, bound);
       }
       const unsigned accepting = __ballot_sync(kAllLanes, accepts);

@@ -405,7 +405,7 @@ bool CudaBackend::light_by_cuts(Shading& s) {
   const bool rays = s.options.visibility == Visibility::rays;
   const float error = rays ? kShadowedShare * s.options.error : s.options.error;
   CutJob job{device_trees_.view(), light_arrays(), s.min_distance, error, s.options.max_cut};
-  if (s.options.visibility == Visibility::rays) {
+  if (s.options.visibility != Visibility::none) {
     const Loaded& scene = loaded();
     job.occluders = scene.occluders.data();
     job.occluder_count = scene.occluder_count;

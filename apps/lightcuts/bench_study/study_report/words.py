@@ -28,8 +28,10 @@ def one(rows, **wanted):
 def table_1(report):
     exponent = report.facts.get("table_1_exponent", 0)
     then, now = one(report.published("table-1"), vpls=10000), one(report.measured("table-1"), vpls=10000)
+    linear = ("so do we" if 0.75 < exponent < 1.25 else
+              "here small numbers do not fill the machine, and only large ones are proportional")
     text = ("How long it takes to shoot light paths and leave a virtual light at each hit. The study found time proportional to "
-            f"the number; so do we (time grows as the number to the power {exponent:.2f}).")
+            f"the number; {linear} (time grows as the number to the power {exponent:.2f}).")
     if then and now:
         text += (f" 10 000 lights took the study {seconds_text(then['seconds'])} on a 3 GHz Core Duo with a box test a model; here "
                  f"{seconds_text(now['seconds'])}, {short(then['seconds'] / now['seconds'])} times faster, with a bounding "
@@ -99,16 +101,20 @@ def figure_4(report):
         name = VISIBILITY_NAMES[c["visibility"]]
         text += (f"With {name}, cuts win here from about {short(c['lights'])} lights on. " if c["lights"] else
                  f"With {name}, cuts did not win in the range measured here. ")
-    heap = [c for c in report.facts.get("crossings", []) if c["fast"].startswith("cut by heap") and c["visibility"] == "ism"]
-    if heap:
+    heaps = [c for c in report.facts.get("crossings", []) if c["fast"].startswith("cut by heap") and c["visibility"] == "ism"]
+    if heaps:
+        wins = [c["lights"] for c in heaps if c["lights"]]
         text += ("The study's own way, a heap a pixel, " +
-                 (f"wins from about {short(heap[0]['lights'])}. " if heap[0]["lights"] else "does not win here either. "))
-    text += ("A curve ends where the next point would have taken too long. Time includes making the shadow maps; the study's does "
-             "not say.")
+                 (f"wins from about {short(min(wins))}. " if wins else "does not win here either. "))
+    on_cpu = report.data["machine"]["device"].startswith("cpu")
+    text += "A curve ends where the next point would have taken too long. " + (
+        "Time includes making the shadow maps; the study's does not say." if on_cpu else
+        "Time is the device's. All lights' time includes making the shadow maps; cuts keep theirs from one picture to the next, "
+        "and theirs is the time of a second picture. The study's does not say.")
     if side and side != 1000:
         text += (f" Our pictures have {side}x{side} pixels here instead of 1000x1000, hence time a pixel; shadow maps "
                  "cost the same for any picture, so a small picture makes them look dearer than they are.")
-    if report.data["machine"]["device"].startswith("cpu"):
+    if on_cpu:
         text += " The published curves are a GPU's of 2009, ours this machine's processor: compare shapes, not heights."
     return text
 

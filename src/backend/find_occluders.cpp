@@ -200,6 +200,7 @@ std::vector<Occluder> find_occluders(const SceneView& scene, std::size_t most) {
                    [](const Polygon& a, const Polygon& b) { return a.area > b.area; });
   if (polygons.size() > most) polygons.resize(most);
   std::vector<Occluder> occluders;
+  occluders.reserve(polygons.size());
   for (const Polygon& polygon : polygons) occluders.push_back(occluder_of(polygon));
   return occluders;
 }

@@ -16,10 +16,11 @@ namespace lightcuts::app {
 
 /// How much a benchmark does.
 enum class BenchScale {
-  smoke,  ///< seconds: only shows that everything runs; what CI runs beside its tests
-  quick,  ///< two minutes on two cores
-  small,  ///< some ten minutes on two cores: pictures smaller than asked for, said so
-  full    ///< the sizes of the published tables and beyond
+  smoke,   ///< seconds: only shows that everything runs; what CI runs beside its tests
+  quick,   ///< two minutes on two cores
+  small,   ///< some ten minutes on two cores: pictures smaller than asked for, said so
+  medium,  ///< some seven minutes on 16 cores; likewise
+  full     ///< the sizes of the published tables and beyond
 };
 
 /// What `lightcuts bench` was asked for.

@@ -20,6 +20,7 @@ namespace {
 const std::vector<Choice<BenchScale>> kScales{{"smoke", BenchScale::smoke},
                                               {"quick", BenchScale::quick},
                                               {"small", BenchScale::small},
+                                              {"medium", BenchScale::medium},
                                               {"full", BenchScale::full}};
 
 constexpr const char* kFooter = R"(
@@ -94,11 +95,11 @@ void add_bench_command(CLI::App& program, Action& action) {
       "writes the results as JSON");
   add_value(
       *command, "--report", "DIR", [request](const std::string& text) { request->report = text; },
-      "writes tables, plots and a page; finished parts there are not repeated");
+      "writes tables, plots and a page; what an earlier run\nof the same program left there is not measured again");
   add_value(
-      *command, "--scale", "smoke|quick|small|full",
+      *command, "--scale", "smoke|quick|small|medium|full",
       [request](const std::string& text) { request->scale = parse_choice(text, kScales); },
-      "how much: some seconds, two minutes, some ten\nminutes, all (default: full)");
+      "how much: some seconds, two minutes, some ten\nminutes on two cores, or on sixteen, all\n(default: full)");
   command->add_flag_callback(
       "--quick", [request] { request->scale = BenchScale::quick; }, "the same as --scale quick");
   add_value(

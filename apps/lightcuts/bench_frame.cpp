@@ -41,6 +41,7 @@ Sizes sizes_of(BenchScale scale) {
       return {200, 3, {2550, 65536}, {110, 2550}, {}, 2};
     case BenchScale::small:
       return {500, 5, {2550, 65536}, {110, 420, 930, 2550}, {16384}, 5};
+    case BenchScale::medium:
     case BenchScale::full:
       break;
   }

@@ -7,7 +7,9 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <fstream>
+#include <vector>
 
 #include "bench_study/rooms.h"
 #include "bench_study/study.h"
@@ -68,7 +70,8 @@ constexpr Way kWays[] = {{"cut, rays", "lightcuts", "rays"},
                          {"cut, shadow maps", "lightcuts", "ism"},
                          {"all lights, none", "instant-radiosity", "none"}};
 
-Json measure_program(Study& study, const Way& way, std::uint64_t count) {
+/// What one run of the program says of itself.
+Json run_program(Study& study, const Way& way, std::uint64_t count) {
   const Scratch scratch;
   const int side = study.sizes().stage_side;
   std::vector<std::string> words{"render",
@@ -91,18 +94,37 @@ Json measure_program(Study& study, const Way& way, std::uint64_t count) {
                                  "-o",
                                  scratch.file("x.exr")};
   if (study.request().threads > 0) words.insert(words.end(), {"--threads", std::to_string(study.request().threads)});
-  const Stopwatch watch;
   const int status = run_self(words);
   study.stop_if_asked();
   if (status == kNoRoom) throw Error(Code::out_of_memory, "there is not enough memory");
   if (status != kDone) throw Error(Code::not_built, fmt::format("'lightcuts render' ended with status {}", status));
   std::ifstream in(scratch.file("stats.json"));
-  const Json stats = Json::parse(in);
-  return {{"time_ms", stats["time_ms"]},
-          {"memory_bytes", stats["memory_bytes"]},
-          {"maps", stats["shadow_maps"]["count"]},
-          {"vpls", stats["vpls"]["count"]},
-          {"process_s", watch.elapsed().wall_s}};
+  return Json::parse(in);
+}
+
+/// Middle one of what several runs say under one name of one group, with its spread.
+Repeats repeats_of(const std::vector<Json>& runs, const char* group, const char* name) {
+  std::vector<double> values;
+  for (const Json& run : runs) values.push_back(run[group][name]);
+  return summarise(values);
+}
+
+Json measure_program(Study& study, const Way& way, std::uint64_t count) {
+  std::vector<Json> runs;
+  const Json times = time_repeatedly(std::min(3, study.sizes().repeats), study.request().budget_s / 8,
+                                     [&] { runs.push_back(run_program(study, way, count)); });
+  Json found{{"maps", runs[0]["shadow_maps"]["count"]},
+             {"vpls", runs[0]["vpls"]["count"]},
+             {"process_s", times["wall_s"]},
+             {"repeats", times["repeats"]}};
+  for (const char* stage : {"bvh", "vpls", "tree", "shadow_maps", "shade"}) {
+    const Repeats r = repeats_of(runs, "time_ms", stage);
+    found["stages"][stage] = {{"ms", r.median}, {"low", r.low}, {"high", r.high}};
+  }
+  for (const char* place : {"host_peak", "device_peak"}) {
+    found[place] = repeats_of(runs, "memory_bytes", place).median;
+  }
+  return found;
 }
 
 }  // namespace
@@ -111,8 +133,8 @@ void make_stages(Study& study) {
   Table table{"stages",
               fmt::format("Cost of each stage [ms] and memory [MB] by number of lights, {0}x{0} pixels",
                           study.sizes().stage_side),
-              {"method", "vpls", "bvh_ms", "vpls_ms", "tree_ms", "maps_ms", "shade_ms", "maps", "host_mb", "device_mb",
-               "source"},
+              {"method", "vpls", "bvh_ms", "vpls_ms", "tree_ms", "maps_ms", "shade_ms", "shade_low", "shade_high",
+               "repeats", "maps", "host_mb", "device_mb", "source"},
               {}};
   double done = 0;
   for (const Way& way : kWays) {
@@ -127,9 +149,10 @@ void make_stages(Study& study) {
                                                 [&] { return measure_program(study, way, count); });
       if (found.is_null()) continue;
       last_s = found["process_s"];
-      const Json& t = found["time_ms"];
-      const auto megabytes = [&](const char* which) { return found["memory_bytes"][which].get<double>() / 1e6; };
-      table.add({way.name, found["vpls"], t["bvh"], t["vpls"], t["tree"], t["shadow_maps"], t["shade"], found["maps"],
+      const auto ms = [&](const char* stage) { return found["stages"][stage]["ms"]; };
+      const auto megabytes = [&](const char* place) { return found[place].get<double>() / 1e6; };
+      table.add({way.name, found["vpls"], ms("bvh"), ms("vpls"), ms("tree"), ms("shadow_maps"), ms("shade"),
+                 found["stages"]["shade"]["low"], found["stages"]["shade"]["high"], found["repeats"], found["maps"],
                  megabytes("host_peak"), megabytes("device_peak"), kMeasured});
       study.show_done(done);
     }

@@ -13,12 +13,26 @@
 namespace lightcuts::app::study {
 namespace {
 
+/// Whether a picture's time includes making its shadow maps, or an earlier picture has made them. A CPU keeps none.
+enum class Maps { none, made, kept };
+
+Json maps_json(Maps maps) { return maps == Maps::none ? Json(nullptr) : Json(maps == Maps::made ? "made" : "kept"); }
+
 /// One curve: a method, a visibility and a walk.
 struct Curve {
   const char* method;
   const char* visibility;
+  Maps maps;
   ShadeOptions options;
   std::uint32_t heap_batch = 0;  ///< pixels at a time, on a GPU
+
+  [[nodiscard]] bool is_cut() const { return options.method == Method::lightcuts; }
+  [[nodiscard]] bool same_visibility(const Curve& other) const {
+    return options.visibility == other.options.visibility && maps == other.maps;
+  }
+  [[nodiscard]] std::string name() const {
+    return fmt::format("{}, {}{}", method, visibility, maps == Maps::kept ? ", maps made before" : "");
+  }
 };
 
 std::vector<Curve> curves(bool on_cpu) {
@@ -29,23 +43,27 @@ std::vector<Curve> curves(bool on_cpu) {
     return options;
   };
   const auto sum = [](Visibility visibility) { return shade_options(Method::instant_radiosity, visibility); };
-  std::vector<Curve> all{{"all lights", "ism", sum(Visibility::ism)},
-                         {"cut by packet", "ism", cut(Visibility::ism, CutWalk::packet, 0)},
-                         {"all lights", "rays", sum(Visibility::rays)},
-                         {"cut by packet", "rays", cut(Visibility::rays, CutWalk::packet, 0)},
-                         {"all lights", "none", sum(Visibility::none)},
-                         {"cut by packet", "none", cut(Visibility::none, CutWalk::packet, 0)}};
-  // The study's way. It kept the heaps of so many pixels at once on its GPU; a CPU has one a thread.
-  for (const Visibility visibility : {Visibility::ism, Visibility::none}) {
-    const char* name = visibility == Visibility::ism ? "ism" : "none";
-    const ShadeOptions heap = cut(visibility, CutWalk::heap, kStudyMaxCut);
-    if (on_cpu) {
-      if (visibility == Visibility::ism) all.push_back({"cut by heap", name, heap});
-    } else {
-      all.push_back({"cut by heap, 4096 threads", name, heap, 4096});
-      all.push_back({"cut by heap, 32768 threads", name, heap, 32768});
-    }
+  std::vector<Curve> all;
+  for (const Maps maps : {Maps::kept, Maps::made}) {
+    if (on_cpu && maps == Maps::kept) continue;
+    all.push_back({"all lights", "ism", maps, sum(Visibility::ism)});
+    all.push_back({"cut by packet", "ism", maps, cut(Visibility::ism, CutWalk::packet, 0)});
   }
+  for (const auto& [name, visibility] : {std::pair{"rays", Visibility::rays}, std::pair{"none", Visibility::none}}) {
+    all.push_back({"all lights", name, Maps::none, sum(visibility)});
+    all.push_back({"cut by packet", name, Maps::none, cut(visibility, CutWalk::packet, 0)});
+  }
+  // The study's way. It kept the heaps of so many pixels at once on its GPU; a CPU has one a thread.
+  const ShadeOptions heap = cut(Visibility::ism, CutWalk::heap, kStudyMaxCut);
+  const ShadeOptions heap_unshadowed = cut(Visibility::none, CutWalk::heap, kStudyMaxCut);
+  if (on_cpu) {
+    all.push_back({"cut by heap", "ism", Maps::made, heap});
+    return all;
+  }
+  all.push_back({"cut by heap, 4096 threads", "ism", Maps::kept, heap, 4096});
+  all.push_back({"cut by heap, 32768 threads", "ism", Maps::kept, heap, 32768});
+  all.push_back({"cut by heap, 4096 threads", "none", Maps::none, heap_unshadowed, 4096});
+  all.push_back({"cut by heap, 32768 threads", "none", Maps::none, heap_unshadowed, 32768});
   return all;
 }
 
@@ -83,31 +101,46 @@ class Lit {
   std::uint64_t n_ = 0;
 };
 
-/// Error of a cut against the sum over the same lights, where a small picture of that sum is affordable.
-std::optional<double> error_of(Lit& lit, std::uint64_t n, const ShadeOptions& options) {
-  if (options.method != Method::lightcuts || light_count(n) > 20000) return std::nullopt;
-  const int side = light_count(n) > 3000 ? 16 : 32;
+/// Pixels a side of the pictures that are compared: the sum over all lights should take less than what is timed.
+/// nullopt where even a few pixels of it would not: on a CPU every light's map is made for them.
+std::optional<int> check_side(Study& study, std::uint64_t lights, Visibility visibility) {
+  constexpr double kMapsASecond = 1e4;
+  if (study.on_cpu() && visibility == Visibility::ism &&
+      static_cast<double>(lights) > kMapsASecond * study.request().budget_s) {
+    return std::nullopt;
+  }
+  return lights > 20000 ? 8 : lights > 3000 ? 16 : 32;
+}
+
+/// Error of a cut against the sum over the same lights.
+std::optional<double> error_of(Study& study, Lit& lit, std::uint64_t lights, const ShadeOptions& options) {
+  const std::optional<int> side = check_side(study, lights, options.visibility);
+  if (options.method != Method::lightcuts || !side) return std::nullopt;
   Statistics unused;
-  const Image reference = lit.shade(side, shade_options(Method::instant_radiosity, options.visibility), unused);
-  return mean_error(lit.shade(side, options, unused), reference);
+  const Image reference = lit.shade(*side, shade_options(Method::instant_radiosity, options.visibility), unused);
+  return mean_error(lit.shade(*side, options, unused), reference);
 }
 
 Json measure_frame(Study& study, Lit& lit, std::uint64_t n, const Curve& curve) {
+  const int side = study.sizes().frame_side;
   lit.set_lights(n);
-  if (curve.options.method == Method::lightcuts) lit.build_tree();
-  const std::optional<double> error = error_of(lit, n, curve.options);
+  if (curve.is_cut()) lit.build_tree();
+  const std::optional<double> error = error_of(study, lit, light_count(n), curve.options);
   Statistics statistics;
   if (curve.heap_batch > 0) study.backend().set_heap_batch(curve.heap_batch);
+  if (!study.on_cpu() && curve.maps != Maps::made)
+    lit.shade(side, curve.options, statistics);  // what is kept is made here
   Json found = times_of_repeated(study.sizes().repeats, study.request().budget_s / 4, [&] {
     statistics = {};
+    if (curve.maps == Maps::made) study.backend().forget_maps();
     const Stopwatch watch;
-    lit.shade(study.sizes().frame_side, curve.options, statistics);
+    lit.shade(side, curve.options, statistics);
     return stage_time(watch, study.backend().stage_times().shade);
   });
   found["maps_s"] = statistics.time_ms.shadow_maps / 1000;
   found["maps"] = statistics.shadow_maps.count;
-  found["cut"] = curve.options.method == Method::lightcuts ? Json(statistics.cut.mean) : Json(nullptr);
-  found["at_limit"] = statistics.cut.at_limit;
+  found["cut"] = curve.is_cut() ? Json(statistics.cut.mean) : Json(nullptr);
+  found["at_limit"] = curve.is_cut() ? Json(statistics.cut.at_limit) : Json(nullptr);
   found["pairs"] = statistics.pairs;
   found["rays"] = statistics.rays;
   found["error"] = error ? Json(*error) : Json(nullptr);
@@ -117,8 +150,8 @@ Json measure_frame(Study& study, Lit& lit, std::uint64_t n, const Curve& curve) 
 void add_published(Table& table) {
   for (const PublishedFrame& p : published_frames()) {
     const auto add = [&](const char* method, double seconds) {
-      table.add({p.lights, 1000, method, "ism", seconds, nullptr, nullptr, nullptr, nullptr, nullptr, nullptr, nullptr,
-                 kPublished});
+      table.add({p.lights, 1000, method, "ism", nullptr, seconds, nullptr, nullptr, nullptr, nullptr, nullptr, nullptr,
+                 nullptr, nullptr, kPublished});
     };
     add("all lights, 4096 threads", p.radiosity_4096);
     add("all lights, 32768 threads", p.radiosity_32768);
@@ -132,9 +165,8 @@ constexpr double kMostError = 0.05;
 void check_error(Study& study, const Curve& curve, std::uint64_t n, const Json& found) {
   if (found["error"].is_null()) return;
   const double error = found["error"];
-  study.check(
-      fmt::format("{} of {} lights, {}: error against all lights", curve.method, light_count(n), curve.visibility),
-      error <= kMostError, fmt::format("{:.2f} % (at most {:.0f} %)", 100 * error, 100 * kMostError));
+  study.check(fmt::format("{}, {} lights: error against all lights", curve.name(), light_count(n)), error <= kMostError,
+              fmt::format("{:.2f} % (at most {:.0f} %)", 100 * error, 100 * kMostError));
 }
 
 }  // namespace
@@ -143,8 +175,8 @@ void make_table_5(Study& study) {
   const int side = study.sizes().frame_side;
   Table table{"table-5",
               "Table 5 and figure 4. Shading a picture: seconds",
-              {"lights", "side", "method", "visibility", "seconds", "low", "high", "cpu_seconds", "repeats",
-               "maps_seconds", "mean_cut", "error_percent", "source"},
+              {"lights", "side", "method", "visibility", "maps", "seconds", "low", "high", "cpu_seconds", "repeats",
+               "maps_seconds", "mean_cut", "at_limit", "error_percent", "source"},
               {}};
   add_published(table);
   const std::vector<Curve> all = curves(study.on_cpu());
@@ -159,11 +191,11 @@ void make_table_5(Study& study) {
       const double expected = series[c].expected(lights);
       Json found;
       if (expected <= study.request().budget_s) {
-        found = study.measure_if_built(fmt::format("table-5/{}/{}/{}", curve.method, curve.visibility, light_count(n)),
+        found = study.measure_if_built(fmt::format("table-5/{}/{}", curve.name(), light_count(n)),
                                        [&] { return measure_frame(study, lit, n, curve); });
       }
       if (found.is_null()) {
-        study.note(fmt::format("{}, {}, {} lights: left out{}", curve.method, curve.visibility, light_count(n),
+        study.note(fmt::format("{}, {} lights: left out{}", curve.name(), light_count(n),
                                std::isfinite(expected) && expected > study.request().budget_s
                                    ? fmt::format(", for it would take about {:.0f} s", expected)
                                    : ""));
@@ -171,23 +203,24 @@ void make_table_5(Study& study) {
       }
       check_error(study, curve, n, found);
       series[c].add(lights, found["wall_s"]);
-      table.add({light_count(n), side, curve.method, curve.visibility, found["wall_s"], found["low_s"], found["high_s"],
-                 found["cpu_s"], found["repeats"], found["maps_s"], found["cut"],
-                 found["error"].is_null() ? Json(nullptr) : Json(100 * found["error"].get<double>()), kMeasured});
+      table.add({light_count(n), side, curve.method, curve.visibility, maps_json(curve.maps), found["wall_s"],
+                 found["low_s"], found["high_s"], found["cpu_s"], found["repeats"], found["maps_s"], found["cut"],
+                 found["at_limit"], found["error"].is_null() ? Json(nullptr) : Json(100 * found["error"].get<double>()),
+                 kMeasured});
       study.show_done((static_cast<double>(i) + static_cast<double>(c + 1) / static_cast<double>(all.size())) /
                       static_cast<double>(sizes.size()));
     }
   }
   Json crossings = Json::array();
   for (std::size_t c = 0; c < all.size(); ++c) {
-    if (all[c].options.method != Method::lightcuts) continue;
+    if (!all[c].is_cut()) continue;
     for (std::size_t b = 0; b < all.size(); ++b) {
-      if (all[b].options.method == Method::lightcuts || all[b].options.visibility != all[c].options.visibility)
-        continue;
+      if (all[b].is_cut() || !all[b].same_visibility(all[c])) continue;
       const std::optional<double> at = crossing(series[b], series[c]);
       crossings.push_back({{"slow", all[b].method},
                            {"fast", all[c].method},
                            {"visibility", all[c].visibility},
+                           {"maps", maps_json(all[c].maps)},
                            {"lights", at ? Json(*at) : Json(nullptr)}});
     }
   }

@@ -112,7 +112,7 @@ void make_tables_2_and_3(Study& study) {
   const std::vector<std::uint64_t>& sizes = study.sizes().cut_lights;
   for (std::size_t i = 0; i < sizes.size(); ++i) {
     const std::uint64_t n = sizes[i];
-    const int count = n <= 30 ? study.sizes().cut_seeds : study.sizes().cut_seeds_beyond;
+    const int count = study.sizes().cut_seeds[i];
     std::vector<Json> seeds;
     for (int seed = 1; seed <= count; ++seed) {
       Json found = study.measure_if_built(fmt::format("table-2-3/{}/{}", light_count(n), seed),

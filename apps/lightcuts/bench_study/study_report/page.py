@@ -123,6 +123,13 @@ def machine_text(report):
             f"\u201c{report.data['scale']}\u201d")
 
 
+def command(report):
+    """What made this page."""
+    backend = "cpu" if report.data["machine"]["device"].startswith("cpu") else "cuda"
+    return (f"lightcuts bench study --backend {backend} --scale {report.data['scale']} --budget {report.data['budget_s']:g} "
+            "--report DIR")
+
+
 def page(report, shown):
     then, now = words.verdict(report)
     checks = report.data["checks"]
@@ -154,8 +161,7 @@ def page(report, shown):
     if report.data["notes"]:
         parts.append("<h2>Left out</h2><details><summary>what this run did not measure, and why</summary><ul>" +
                      "".join(f"<li>{html.escape(n)}</li>" for n in report.data["notes"]) + "</ul></details>")
-    parts.append("<p><small>To repeat: <code>lightcuts bench study "
-                 f"{'' if report.data['scale'] == 'full' else '--scale ' + report.data['scale'] + ' '}--report DIR</code>. "
-                 "All figures are beside this page in <code>tables/</code> (CSV) and <code>study.json</code>.</small></p>")
+    parts.append(f"<p><small>To repeat: <code>{command(report)}</code>. All figures are beside this page in <code>tables/</code> (CSV) "
+                 "and <code>study.json</code>.</small></p>")
     parts.append(f"<script>{OPEN_FOR_PRINT}</script></body></html>")
     return "\n".join(p for p in parts if p)

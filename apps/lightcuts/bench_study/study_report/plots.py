@@ -98,7 +98,8 @@ def per_pixel(rows):
     out = []
     for r in rows:
         scale = 1e6 / r["side"] ** 2
-        out.append(r | {"us": scale * r["seconds"]})
+        spread = {k: scale * r[k] for k in ("low", "high") if r[k] is not None}
+        out.append(r | spread | {"us": scale * r["seconds"]})
     return out
 
 
@@ -110,14 +111,19 @@ def frames(axes, report, ours, visibility):
                 rows = per_pixel(report.published("table-5", method=f"{method}, {threads} threads"))
                 name = method.replace("cut by heap", "cut")
                 curve(axes, rows, "lights", "us", f"study: {name}, {threads} threads", colour, style, False)
+    kept_too = any(r["maps"] == "kept" for r in ours)
     for method, (colour, label) in FRAME_STYLES.items():
         rows = [r for r in ours if r["method"] == method and r["visibility"] == visibility]
-        curve(axes, rows, "lights", "us", label, colour, spread=False)
-    for c in report.facts.get("crossings", []):
-        if c["visibility"] == visibility and c["fast"] == "cut by packet" and c["lights"]:
-            axes.axvline(c["lights"], color=RED, linewidth=1, linestyle="-.")
-            axes.annotate(f"cut wins from {short(c['lights'])}", (c["lights"], 1), xycoords=("data", "axes fraction"),
-                          xytext=(3, -10), textcoords="offset points", color=RED, fontsize=8)
+        for maps, style in (("made", "o:" if kept_too else "o-"), ("kept", "o-"), (None, "o-")):
+            said = f"{label}, its maps made too" if maps == "made" and kept_too else label
+            curve(axes, [r for r in rows if r["maps"] == maps], "lights", "us", said, colour, style)
+    wins = [c for c in report.facts.get("crossings", [])
+            if c["visibility"] == visibility and c["fast"] == "cut by packet" and c["lights"]]
+    for c, height in zip(wins, (0.02, 0.1)):
+        said = f"cut wins from {short(c['lights'])}" + (", maps made too" if c["maps"] == "made" and kept_too else "")
+        axes.axvline(c["lights"], color=RED, linewidth=1, linestyle="-.")
+        axes.annotate(said, (c["lights"], height), xycoords=("data", "axes fraction"), fontsize=8, color=RED,
+                      xytext=(4, 0), textcoords="offset points")
     log_log(axes, "lights", "microseconds a pixel")
     axes.set_title(VISIBILITY_NAMES[visibility], fontsize=10)
     legend_below(axes, 2 if visibility == "ism" else 1)
@@ -256,7 +262,9 @@ def errors_by_time(axes, ours, room, legend):
         rows = [r for r in ours if r["room"] == room and r["method"] == method and r["relmse"] > 0]
         xs, ys, _ = series(rows, "seconds", "relmse")
         if xs:
-            axes.plot(xs, ys, style, color=colour, label=method)
+            bars = [[max(0, r["seconds"] - r["low"]) for r in sorted(rows, key=lambda r: r["seconds"])],
+                    [max(0, r["high"] - r["seconds"]) for r in sorted(rows, key=lambda r: r["seconds"])]]
+            axes.errorbar(xs, ys, xerr=bars, fmt=style, color=colour, label=method, capsize=2)
     log_log(axes, "seconds", "relMSE")
     axes.set_title(room, fontsize=10)
     if legend:

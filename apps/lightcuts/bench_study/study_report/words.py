@@ -21,6 +21,12 @@ def seconds_text(value):
     return f"{value:.3g} s" if value >= 1 else f"{1e3 * value:.3g} ms" if value >= 1e-3 else f"{1e6 * value:.3g} µs"
 
 
+def lit_by(crossing):
+    """The visibility of a crossing of two curves in words."""
+    name = VISIBILITY_NAMES[crossing["visibility"]]
+    return name + {"kept": " made before", "made": " made in that time"}.get(crossing["maps"], "")
+
+
 def one(rows, **wanted):
     return next((r for r in rows if all(r.get(k) == v for k, v in wanted.items())), None)
 
@@ -98,7 +104,7 @@ def figure_4(report):
     for c in report.facts.get("crossings", []):
         if c["fast"] != "cut by packet":
             continue
-        name = VISIBILITY_NAMES[c["visibility"]]
+        name = lit_by(c)
         text += (f"With {name}, cuts win here from about {short(c['lights'])} lights on. " if c["lights"] else
                  f"With {name}, cuts did not win in the range measured here. ")
     heaps = [c for c in report.facts.get("crossings", []) if c["fast"].startswith("cut by heap") and c["visibility"] == "ism"]
@@ -109,8 +115,8 @@ def figure_4(report):
     on_cpu = report.data["machine"]["device"].startswith("cpu")
     text += "A curve ends where the next point would have taken too long. " + (
         "Time includes making the shadow maps; the study's does not say." if on_cpu else
-        "Time is the device's. All lights' time includes making the shadow maps; cuts keep theirs from one picture to the next, "
-        "and theirs is the time of a second picture. The study's does not say.")
+        "Time is the device's, once with the shadow maps of the picture before (the study made its maps before, too, as a step "
+        "of its own) and once with everything made anew: points on the surfaces, and the maps of all lights or of those in the cut.")
     if side and side != 1000:
         text += (f" Our pictures have {side}x{side} pixels here instead of 1000x1000, hence time a pixel; shadow maps "
                  "cost the same for any picture, so a small picture makes them look dearer than they are.")
@@ -130,7 +136,7 @@ def figure_5(report):
 def pictures(report):
     text = ("Every method's picture beside the path tracer's, which shares nothing with virtual lights but the scene. "
             "Error pictures: dark violet agrees, yellow is off by half or more; a small number of paths a pixel leaves noise in "
-            "the reference, which shows as speckles.")
+            "the reference, which shows as speckles. Cuts were first compared with the sum over the same lights.")
     if any(r["room"] == "veach-ajar" for r in report.measured("pictures")):
         text += (" veach-ajar is the known weakness: its light comes through the gap of a door, few light paths get through, "
                  "and shadow maps leak there.")
@@ -183,7 +189,7 @@ def verdict(report):
     parts = []
     for c in report.facts.get("crossings", []):
         if c["fast"] == "cut by packet" and c["lights"]:
-            parts.append(f"{short(c['lights'])} lights with {VISIBILITY_NAMES[c['visibility']]}")
+            parts.append(f"{short(c['lights'])} lights with {lit_by(c)}")
     now = f"<b>Now ({html.escape(device)}):</b> "
     now += ("cuts that a packet of pixels chooses together win from about " + ", ".join(parts) + "." if parts
             else "this run was too small to see cuts win.")

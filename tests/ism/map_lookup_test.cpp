@@ -6,6 +6,8 @@
 #include <random>
 #include <vector>
 
+#include "kernels/group_lookup.h"
+
 namespace lightcuts {
 namespace {
 
@@ -70,6 +72,96 @@ TEST(MapLookup, AgreesWithTheDefinition) {
   }
   compare_lookups<std::uint16_t, true, 32>(32);
   compare_lookups<std::uint16_t, true, 64>(64);
+}
+
+/// From a place in a room with a box in it [m].
+float depth_in_room(Vec3 from, Vec3 way) {
+  float nearest = kInfinity;
+  const auto meet = [&](float lo, float hi, int axis, const Box& side) {
+    for (const float plane : {lo, hi}) {
+      const float t = (plane - component(from, axis)) / component(way, axis);
+      if (!(t > 1e-4f) || t > nearest) continue;
+      const Vec3 at = from + way * t;
+      bool inside = true;
+      for (int k = 0; k < 3; ++k)
+        inside = inside && (k == axis ||
+                            (component(at, k) >= component(side.lo, k) && component(at, k) <= component(side.hi, k)));
+      if (inside) nearest = t;
+    }
+  };
+  for (const Box& side : {Box{{-3, -1, -4}, {5, 3, 4}}, Box{{-1, -1, -1}, {1, 1, 1}}}) {
+    for (int axis = 0; axis < 3; ++axis) meet(component(side.lo, axis), component(side.hi, axis), axis, side);
+  }
+  return nearest;
+}
+
+/// A map of a room with a box in it, which receivers on walls, floor and box ask as a group and one by one.
+template <class Depth, int Size>
+void compare_groups(float extent) {
+  std::mt19937 dice(Size);
+  std::uniform_real_distribution<float> unit(0, 1), both(-1, 1);
+  const Box room{{-3, -1, -4}, {5, 3, 4}}, box{{-1, -1, -1}, {1, 1, 1}};
+  int groups = 0, known = 0, wrong = 0;
+  for (int round = 0; round < 60; ++round) {
+    Vec3 origin;
+    do {
+      origin = room.lo + (room.hi - room.lo) * Vec3{unit(dice), unit(dice), unit(dice)};
+    } while (std::abs(origin.x) < 1.1f && origin.y < 1.1f && std::abs(origin.z) < 1.1f);
+    const MapView view = paraboloid_view(origin, random_direction(dice), room);
+    const MapRecord map = make_map_record<Depth>(view, Size);
+    std::vector<Depth> codes(Size * Size);
+    for (int j = 0; j < Size; ++j) {
+      for (int i = 0; i < Size; ++i) {
+        const Vec3 w = unproject_paraboloid(texel_centre(i, Size), texel_centre(j, Size));
+        const Vec3 way = view.frame.x * w.x + view.frame.y * w.y + view.frame.z * w.z;
+        codes[static_cast<std::size_t>(j * Size + i)] = encode_depth<Depth>(depth_in_room(origin, way), map.steps);
+      }
+    }
+    for (int i = 0; i < 400; ++i) {
+      const int axis = static_cast<int>(unit(dice) * 3), other = (axis + 1) % 3, third = (axis + 2) % 3;
+      const Box& at = unit(dice) < 0.5f ? room : box;
+      FlatReceivers group{};
+      float middle[3], a[3] = {}, b[3] = {}, ng[3] = {};
+      for (int k = 0; k < 3; ++k)
+        middle[k] = component(at.lo, k) + unit(dice) * (component(at.hi, k) - component(at.lo, k));
+      middle[axis] = unit(dice) < 0.5f ? component(at.lo, axis) : component(at.hi, axis);
+      a[other] = extent * both(dice), a[third] = extent * both(dice);
+      b[other] = extent * both(dice), b[third] = extent * both(dice);
+      ng[axis] = unit(dice) < 0.5f ? -1.0f : 1.0f;
+      group.middle = {middle[0], middle[1], middle[2]};
+      group.half_a = {a[0], a[1], a[2]};
+      group.half_b = {b[0], b[1], b[2]};
+      group.ng = {ng[0], ng[1], ng[2]};
+      group.reach = length(group.half_a) + length(group.half_b);
+      const float shared = look_up_group<Depth, Size>(map, group, Size, codes.data());
+      if (dot(group.middle - origin, map.z) < 0) continue;
+      ++groups;
+      if (shared == kEachItsOwn) continue;
+      ++known;
+      for (int k = 0; k < 24; ++k) {
+        // The corners are the farthest.
+        const float s = k < 4 ? (k % 2 == 0 ? -1.0f : 1.0f) : both(dice),
+                    t = k < 4 ? (k < 2 ? -1.0f : 1.0f) : both(dice);
+        const Vec3 local = to_map(map, group.middle + group.half_a * s + group.half_b * t);
+        if (!(local.z > 0)) continue;  // no light arrives
+        const float expected = look_up_map<Depth, true, Size>(map, local, group.ng, Size, codes.data());
+        wrong += std::abs(shared - expected) > 1e-5f ? 1 : 0;
+      }
+    }
+  }
+  std::printf("  %d texels, groups of %g m: one look serves all in %d %%, %d receivers of %d wrong\n", Size, extent,
+              100 * known / groups, wrong, 24 * known);
+  EXPECT_EQ(wrong, 0);
+  EXPECT_GT(known, extent < 0.02f ? 9 * groups / 10 : groups / 50);
+}
+
+TEST(GroupLookup, SaysWhatEveryReceiverWouldSee) {
+  compare_groups<std::uint16_t, 32>(0.002f);
+  compare_groups<std::uint16_t, 32>(0.01f);
+  compare_groups<std::uint16_t, 32>(0.05f);
+  compare_groups<std::uint16_t, 32>(0.3f);
+  compare_groups<std::uint16_t, 128>(0.01f);
+  compare_groups<std::uint32_t, 64>(0.01f);
 }
 
 TEST(MapLookup, WithoutADepthEverythingPasses) {

@@ -8,6 +8,8 @@
 namespace lightcuts::app {
 namespace {
 
+bool stdout_is_for_content = false;
+
 void print(const char* kind, const char* colour, const std::string& message) {
   const bool coloured = stderr_has_colours();
   const std::string line =
@@ -27,8 +29,12 @@ void print_warning(const std::string& message) { print("warning", "\033[1;33m", 
 void print_note(const std::string& message) { print("note", "\033[1;36m", message); }
 
 void print_result(const std::string& line) {
-  std::fwrite(line.data(), 1, line.size(), stdout);
-  std::fputc('\n', stdout);
+  std::FILE* stream = stdout_is_for_content ? stderr : stdout;
+  std::fwrite(line.data(), 1, line.size(), stream);
+  std::fputc('\n', stream);
 }
+
+void keep_stdout_for_content() { stdout_is_for_content = true; }
+void print_content(const std::string& text) { std::fwrite(text.data(), 1, text.size(), stdout); }
 
 }  // namespace lightcuts::app

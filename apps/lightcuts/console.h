@@ -15,4 +15,9 @@ void print_note(const std::string& message);
 /// A result, on stdout.
 void print_result(const std::string& line);
 
+/// From now on results go to stderr: stdout is for one file's content.
+void keep_stdout_for_content();
+/// That content.
+void print_content(const std::string& text);
+
 }  // namespace lightcuts::app

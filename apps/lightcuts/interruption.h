@@ -2,7 +2,7 @@
 
 namespace lightcuts::app {
 
-/// While one of these lives, the first SIGINT or SIGTERM is only noted, so that what is done can be saved; a second one
+/// While one of these lives, the first SIGINT, SIGTERM or SIGHUP is only noted, so that what is done can be saved; a second one
 /// ends the program at once, as a first one does at any other time. At most one at a time.
 class Interruption {
  public:
@@ -15,7 +15,7 @@ class Interruption {
   [[nodiscard]] static bool requested();
 };
 
-/// Ends the program with the status of an interruption when SIGINT or SIGTERM comes; call once at the start.
+/// Ends the program with the status of an interruption when SIGINT, SIGTERM or SIGHUP comes; call once at the start.
 void end_on_signals();
 
 }  // namespace lightcuts::app

@@ -91,10 +91,13 @@ void prepare(Outputs& outputs, const std::string& scene_name, Method method) {
   for (const fs::path& path : outputs.pictures) check_ending(path);
   if (!outputs.layer.empty()) outputs.layer = full_layer_name(outputs.layer, method);
   std::vector<fs::path> all = outputs.pictures;
-  if (!outputs.stats.empty()) {
+  if (outputs.stats == "-") {
+    keep_stdout_for_content();
+  } else if (!outputs.stats.empty()) {
     if (ending(outputs.stats) != ".json") {
       throw Error(Code::invalid_argument,
-                  fmt::format("--stats {}: expected a name that ends in .json", outputs.stats.string()));
+                  fmt::format("--stats {}: expected a name that ends in .json, or - for standard output",
+                              outputs.stats.string()));
     }
     all.push_back(outputs.stats);
   }

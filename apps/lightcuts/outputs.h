@@ -13,7 +13,7 @@ namespace lightcuts::app {
 /// Where a picture goes, and how it is shown.
 struct Outputs {
   std::vector<std::filesystem::path> pictures;  ///< .exr, .png, .hdr
-  std::filesystem::path stats;                  ///< .json; empty: none
+  std::filesystem::path stats;                  ///< .json; "-": stdout; empty: none
   std::string layer;                            ///< shown by every .png in false colour; empty: the picture itself
   std::optional<float> exposure_ev;             ///< of every .png; nullopt: auto
 };

@@ -111,8 +111,13 @@ bool save(RenderRequest& request, RenderResult& result, const Stopwatch& since_s
   request.options.height = result.image.height;
   statistics.time_ms.total = since_start.ms();
   statistics.memory_bytes.host_peak = peak_memory_bytes();
-  save_text(request.outputs.stats, stats_json(request, statistics));
-  print_result(fmt::format("wrote {}", request.outputs.stats.string()));
+  const std::string json = stats_json(request, statistics);
+  if (request.outputs.stats == "-") {
+    print_content(json);
+  } else {
+    save_text(request.outputs.stats, json);
+    print_result(fmt::format("wrote {}", request.outputs.stats.string()));
+  }
   return true;
 }
 

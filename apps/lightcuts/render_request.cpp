@@ -89,7 +89,7 @@ void add_output_options(CLI::App& command, RenderRequest& request) {
       ->group(group);
   add_value(
       command, "--stats", "FILE.json", [&](const std::string& text) { outputs.stats = text; },
-      "writes what was done: counts, times, memory (default: not written)")
+      "writes what was done: counts, times, memory; -: to standard output\n(default: not written)")
       ->group(group);
   command.add_flag("-q,--quiet", request.quiet, "no progress bar; results and warnings stay")->group(group);
 }

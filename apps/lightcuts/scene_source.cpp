@@ -83,11 +83,15 @@ Environment load_environment(const std::string& file, std::vector<std::string>& 
 
 LoadedScene open_scene(const std::string& spec) {
   if (spec.starts_with(kBuiltinPrefix)) return open_builtin(spec);
-  if (!std::filesystem::exists(spec)) {
+  std::error_code ignored;
+  if (std::filesystem::is_directory(spec, ignored)) {
+    throw Error(Code::unsupported, fmt::format("{}: this is a folder; name a scene file in it", spec));
+  }
+  if (!std::filesystem::exists(spec, ignored)) {
     const std::vector<std::string> names = builtin_names();
     const std::string similar = nearest(spec.substr(0, spec.find('?')), names);
     throw Error(Code::file_missing,
-                fmt::format("{}: there is no such file; {}", spec,
+                fmt::format("{}: there is no such file; {}", spec.empty() ? "''" : spec,
                             similar.empty() ? "check the path, or see 'lightcuts scenes' for the built-in scenes"
                                             : fmt::format("for the built-in scene write builtin:{}", similar)));
   }

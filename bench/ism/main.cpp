@@ -101,6 +101,7 @@ void speed(const Bench& bench) {
   const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
   oracle::ReceiverSampler sampler(bench.cpu_scene->view(), 1);
   std::vector<Ray> rays;
+  rays.reserve(20000);
   for (int i = 0; i < 20000; ++i) rays.push_back(shadow_ray(sampler.draw().position, sampler.draw().position));
   const SurfacePoints points(bench.cpu_scene->view(), {8000});
   ShadowMapSet maps(ism_kernels(selected_isa()), points, bench.lights, {});

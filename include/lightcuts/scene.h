@@ -147,7 +147,7 @@ std::uint64_t drawn_triangle_count(const Scene& scene);
 Camera select_camera(const Scene& scene, const std::string& which);
 
 /// Camera at `eye` that looks at `target`; +y is up, or +z where the view is vertical.
-/// Throws Error{invalid_argument} if both points agree or the angle is out of (0, pi).
+/// Throws Error{invalid_argument} if both points agree, one is beyond 1e12 m, or the angle is out of (0, pi).
 Camera look_at(Vec3 eye, Vec3 target, float vertical_fov_rad);
 
 /// One key of a built-in scene, as `builtin:NAME?key=value` writes it.

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "lightcuts/error.h"
+#include "scene/limits.h"
 
 namespace lightcuts {
 namespace {
@@ -66,6 +67,20 @@ void check_options(const RenderOptions& options) {
   require(options.threads >= 0 && options.threads <= 4096, "the number of threads", options.threads,
           "1 to 4096 (0: all)");
   require(options.device >= 0, "the device", options.device, "0 or more");
+}
+
+void check_camera(const Camera& camera) {
+  const Affine& m = camera.world_from_camera;
+  if (!is_eye(m.origin) || !is_finite(m.x) || !is_finite(m.y) || !is_finite(m.z)) {
+    throw Error(Code::invalid_argument, fmt::format("the camera's place and axes must be finite numbers, its place "
+                                                    "within {:g} m of the origin",
+                                                    kFarthestEye));
+  }
+  const bool perspective = camera.orthographic_height == 0;
+  require(!perspective || (camera.vertical_fov_rad > 0 && camera.vertical_fov_rad < kPi), "the camera's angle of view",
+          camera.vertical_fov_rad, "between 0 and pi");
+  require(camera.orthographic_height >= 0 && camera.orthographic_height <= kFarthestEye,
+          "the camera's orthographic height", camera.orthographic_height, "0 (perspective) or above, and finite");
 }
 
 }  // namespace lightcuts

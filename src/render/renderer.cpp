@@ -122,6 +122,7 @@ class Renderer::State {
 
   RenderResult render_now(const Camera& camera, const ProgressFn& progress) {
     const Stopwatch total;
+    check_camera(camera);
     Picture picture{camera, choose_size(*scene_, camera, options_), {}, false, {}};
     if (progress) {
       picture.progress = [&picture, &progress](const char* stage, double done) {
@@ -236,10 +237,14 @@ class Renderer::State {
     const std::uint64_t made = result.statistics.vpls.count;
     const auto got = static_cast<double>(made);
     if (std::abs(got - wanted) <= 0.05 * wanted + 1) return;
-    result.warnings.push_back(
-        fmt::format("There are {} VPLs where {:.0f} were asked for: much of the light leaves the scene or is absorbed, "
-                    "or there are too few lights to begin with.",
-                    made, wanted));
+    const char* why = got < wanted
+                          ? "much of the light leaves the scene or is absorbed, or there are too few lights to "
+                            "begin with"
+                      : o.primary_lights > 0
+                          ? "each light shoots as many paths as were asked for, and they leave a VPL at every bounce "
+                            "(with --bounces 1, at one)"
+                          : "light paths here leave more VPLs than the pilot's did";
+    result.warnings.push_back(fmt::format("There are {} VPLs where {:.0f} were asked for: {}.", made, wanted, why));
   }
 
   void add_runs(StageRuns& runs) const {

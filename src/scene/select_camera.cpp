@@ -114,7 +114,7 @@ Camera frame(const Scene& scene) {
 
 std::string list_of(const std::vector<Camera>& cameras) {
   if (cameras.empty()) return "the scene has no cameras";
-  std::string list = "the scene has";
+  std::string list = "those of the scene are";
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     list += fmt::format("{} {}", i == 0 ? "" : ",", i);
     if (!cameras[i].name.empty()) list += fmt::format(" \"{}\"", cameras[i].name);

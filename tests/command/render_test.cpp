@@ -224,6 +224,21 @@ TEST_F(RenderCommand, WhatIsNotBuiltIsRefusedInASentence) {
   EXPECT_THAT(r.err, HasSubstr("not"));
 }
 
+TEST_F(RenderCommand, StatisticsOnStandardOutputStandAlone) {
+  const ProgramResult r = small({"-o", "a.png", "--stats", "-", "--quiet"});
+  ASSERT_EQ(r.status, 0) << r.err;
+  EXPECT_EQ(nlohmann::json::parse(r.out).at("options").at("scene"), "builtin:cornell");
+  EXPECT_THAT(r.err, HasSubstr("wrote a.png"));
+  EXPECT_THAT(folder_.names(), ElementsAre("a.png"));
+}
+
+TEST_F(RenderCommand, TheStudysLayoutSaysWhyThereAreMoreVpls) {
+  const ProgramResult r = render({"builtin:cornell", "--size", "8x8", "-q", "--primary-lights", "20",
+                                  "--vpls-per-light", "5", "--bounces", "8", "-o", "a.exr"});
+  ASSERT_EQ(r.status, 0) << r.err;
+  EXPECT_THAT(r.err, HasSubstr("where 120 were asked for: each light shoots"));
+}
+
 TEST_F(RenderCommand, MissingDeviceOrBackend) {
   const ProgramResult r = small({"--backend", "cuda"});
   EXPECT_TRUE(r.status == 0 || r.status == 5) << r.err;
@@ -261,7 +276,7 @@ class OnTerminal : public LongRender {
 };
 
 TEST_F(OnTerminal, SignalSavesWhatIsDone) {
-  for (const int signal : {SIGINT, SIGTERM}) {
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
     Program program(long_words(), on_terminal());
     ASSERT_TRUE(program.wait_for_err("shade")) << program.err();
     std::this_thread::sleep_for(std::chrono::milliseconds(300));
@@ -286,6 +301,15 @@ TEST_F(OnTerminal, SecondSignalEndsAtOnceAndLeavesNoPart) {
   program.send(SIGTERM);
   EXPECT_EQ(program.wait(), 130);
   for (const std::string& name : folder_.names()) EXPECT_THAT(name, testing::StartsWith("long."));
+}
+
+TEST_F(OnTerminal, ASignalSentToAJobInTheBackgroundIsMeant) {
+  ProgramOptions options = on_terminal();
+  options.in_background = true;
+  Program program(long_words(), options);
+  ASSERT_TRUE(program.wait_for_err("shade")) << program.err();
+  program.send(SIGINT);
+  EXPECT_EQ(program.wait(), 130);
 }
 
 TEST_F(LongRender, SignalBeforeTheWorkEndsAtOnce) {

@@ -132,6 +132,24 @@ TEST(Usage, MisspeltWordsGetASuggestion) {
   expect({"compare", "a.exr", "b.exr", "--heat-map", "x.png"}, "--heatmap");
 }
 
+TEST(Usage, AFolderOrNothingIsNoScene) {
+  const ProgramResult folder = run_lightcuts({"info", "/tmp"});
+  EXPECT_EQ(folder.status, 3);
+  EXPECT_THAT(folder.err, HasSubstr("folder"));
+  const ProgramResult nothing = run_lightcuts({"info", ""});
+  EXPECT_EQ(nothing.status, 3);
+  EXPECT_THAT(nothing.err, HasSubstr("'': there is no such file"));
+}
+
+TEST(Usage, ACameraBeyondAllPlacesIsRefused) {
+  for (const char* eye : {"1e30,2,5", "0,-1e13,0"}) {
+    const ProgramResult r = run_lightcuts(
+        {"render", "builtin:study", "--size", "8x8", "--eye", eye, "--target", "0,2,0", "-q", "-o", "never.exr"});
+    EXPECT_EQ(r.status, 2) << eye << r.err;
+    EXPECT_THAT(r.err, HasSubstr("1e+12 m")) << eye;
+  }
+}
+
 TEST(Usage, MissingPrefixOfABuiltinSceneIsExplained) {
   const ProgramResult r = run_lightcuts({"info", "cornell"});
   EXPECT_EQ(r.status, 3);

@@ -241,10 +241,10 @@ TEST(CameraPlacement, RefusesWhatContradictsIt) {
   const Loaded loaded(two_rooms());
   VplOptions options = for_camera(100);
   options.view.reset();
-  EXPECT_THROW(loaded.lights(options), Error);
+  EXPECT_THROW(static_cast<void>(loaded.lights(options)), Error);
   options = for_camera(100);
   options.primary_lights = options.vpls_per_light = 10;
-  EXPECT_THROW(loaded.lights(options), Error);
+  EXPECT_THROW(static_cast<void>(loaded.lights(options)), Error);
 }
 
 }  // namespace

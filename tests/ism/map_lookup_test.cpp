@@ -22,7 +22,7 @@ void compare_lookups(int size) {
   std::mt19937 dice(static_cast<unsigned>(size) + sizeof(Depth));
   std::uniform_real_distribution<float> unit(0, 1);
   const Box bounds{{-3, -1, -4}, {5, 3, 4}};
-  int receivers = 0, differ = 0, facing_differ = 0, at_border = 0;
+  int receivers = 0, differ = 0, facing_differ = 0;
   double passed = 0;
   for (int round = 0; round < 200; ++round) {
     const Vec3 origin = bounds.lo + (bounds.hi - bounds.lo) * Vec3{unit(dice), unit(dice), unit(dice)};
@@ -52,7 +52,6 @@ void compare_lookups(int size) {
       ++receivers;
       passed += expected;
       differ += std::abs(got - expected) > 1e-5f ? 1 : 0;
-      at_border += std::abs(local.x) > 0.8f * local.z + length(local) ? 1 : 0;
     }
   }
   std::printf("  %d texels, %d bits: %d of %d lookups differ, %.0f %% pass\n", size,

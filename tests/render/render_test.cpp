@@ -4,6 +4,7 @@
 #include <tbb/parallel_for.h>
 
 #include <cmath>
+#include <limits>
 
 #include "backend/emitter_table.h"
 #include "backend/scene_arrays.h"
@@ -60,6 +61,25 @@ TEST(Render, CountsSamplesOfTheEnvironmentAmongTheVpls) {
   EXPECT_NEAR(static_cast<double>(result.statistics.vpls.count), 1000, 50);
   EXPECT_NEAR(static_cast<double>(result.statistics.vpls.primary), 250, 25);
   EXPECT_TRUE(result.warnings.empty());
+}
+
+TEST(Render, RefusesACameraWithoutAPlaceOrAView) {
+  const auto refuses = [](auto spoil) {
+    Camera camera = room_camera();
+    spoil(camera);
+    try {
+      render(lit_room(), camera, small(4));
+    } catch (const Error& error) {
+      return error.code() == Code::invalid_argument;
+    }
+    return false;
+  };
+  EXPECT_TRUE(refuses([](Camera& c) { c.world_from_camera.origin.x = std::nanf(""); }));
+  EXPECT_TRUE(refuses([](Camera& c) { c.world_from_camera.origin.x = 1e30f; }));
+  EXPECT_TRUE(refuses([](Camera& c) { c.world_from_camera.z.y = std::numeric_limits<float>::infinity(); }));
+  EXPECT_TRUE(refuses([](Camera& c) { c.vertical_fov_rad = 4; }));
+  EXPECT_TRUE(refuses([](Camera& c) { c.orthographic_height = -1; }));
+  EXPECT_FALSE(refuses([](Camera&) {}));
 }
 
 TEST(Render, ChoosesTheSize) {

@@ -32,6 +32,8 @@ TEST(LookAt, RefusesWhatHasNoView) {
   EXPECT_THROW(look_at({1, 1, 1}, {1, 1, 2}, 0), Error);
   EXPECT_THROW(look_at({1, 1, 1}, {1, 1, 2}, kPi), Error);
   EXPECT_THROW(look_at({1, 1, 1}, {1, std::numeric_limits<float>::quiet_NaN(), 2}, 1), Error);
+  EXPECT_THROW(look_at({1e30f, 1, 1}, {1, 1, 2}, 1), Error);
+  EXPECT_THROW(look_at({1, 1, 1}, {1, -1e13f, 2}, 1), Error);
 }
 
 // ---- select_camera

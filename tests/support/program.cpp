@@ -40,7 +40,8 @@ Ends make_terminal() {
 }
 
 [[noreturn]] void become(const std::vector<std::string>& words, const ProgramOptions& options, int out, int err) {
-  for (const int number : {SIGINT, SIGTERM}) signal(number, SIG_DFL);  // a job in the background ignores SIGINT
+  for (const int number : {SIGINT, SIGTERM, SIGHUP}) signal(number, SIG_DFL);  // whatever the tests were started with
+  if (options.in_background) signal(SIGINT, SIG_IGN);
   dup2(open("/dev/null", O_RDONLY), STDIN_FILENO);
   dup2(out, STDOUT_FILENO);
   dup2(err, STDERR_FILENO);

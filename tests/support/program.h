@@ -15,6 +15,7 @@ struct ProgramOptions {
   std::filesystem::path folder;                    ///< its current folder; empty: ours
   std::map<std::string, std::string> environment;  ///< added to ours
   bool terminal = false;                           ///< stderr is a terminal of 80 columns
+  bool in_background = false;                      ///< started with SIGINT ignored, as scripts start such jobs
   std::size_t largest_file = 0;                    ///< file-size limit [bytes], 0: none
   std::chrono::seconds time_limit{120};            ///< killed after that, status -1
 };

@@ -27,6 +27,7 @@ What is printed:
   mean_relative_error    mean of |a - b| / b of luminance; pixels darker than 1 % of m left out
   p99_relative_error     99th percentile of the same
   signed_relative_error  mean of (a - b) / b: above zero where A is brighter
+  channel_relative_error (--json) mean of |a - b| / max(b, 0.01 m) of red, green and blue
   flip                   what a person sees when flipping between both: mean LDR-FLIP, 0 to 1, at 67 pixels
                          a degree and the exposure that 'auto' chooses for B
 
@@ -85,6 +86,7 @@ void print_comparison(const Comparison& c, bool json) {
   }
   nlohmann::ordered_json out;
   for (const auto& [name, value] : figures) out[name] = value;  // infinity becomes null
+  out["channel_relative_error"] = c.channel_relative_error;
   out["exposure_ev"] = c.exposure_ev;
   print_result(out.dump(2));
 }

@@ -8,6 +8,7 @@
 #include <chrono>
 #include <cmath>
 #include <ctime>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -52,9 +53,11 @@ class Stage {
     options.count = vpls;
     options.seed = seed;
     backend_.trace_vpls(options, {});
-    TreeOptions tree;
-    tree.seed = seed;
-    backend_.build_light_tree(tree, {});
+    build(TreeBuilder::ploc, Metric::walter, seed);
+  }
+
+  void build(TreeBuilder builder, Metric metric, std::uint64_t seed) {
+    backend_.build_light_tree({builder, metric, seed}, {});
   }
 
   [[nodiscard]] std::size_t light_count() { return backend_.lights().count(); }
@@ -131,7 +134,10 @@ void speed(const Options& options) {
 }
 
 void errors(const Options& options) {
-  fmt::print("scene,visibility,lights,method,seed,error,mean_size,largest,mean_error,p99_error,signed_error,rays\n");
+  fmt::print(
+      "scene,visibility,lights,method,seed,error,mean_size,largest,mean_error,p99_error,signed_error,rays,mean_error_r,"
+      "mean_error_g,"
+      "mean_error_b\n");
   for (const std::string& scene : options.scenes) {
     for (const std::uint64_t vpls : options.vpls) {
       for (int seed = 1; seed <= options.seeds; ++seed) {
@@ -142,13 +148,54 @@ void errors(const Options& options) {
           for (const float error : options.errors) {
             const Measured m = stage.shade(shade_options(options, method, error), options.size, 1);
             const Comparison c = compare(m.image, reference);
-            fmt::print("{},{},{},{},{},{},{:.1f},{},{:.5f},{:.5f},{:.5f},{:.1f}\n", scene, options.visibility,
-                       stage.light_count(), method, seed, error, m.statistics.cut.mean, m.statistics.cut.max,
-                       c.mean_relative_error, c.p99_relative_error, c.signed_relative_error,
-                       static_cast<double>(m.statistics.rays) / (options.size * options.size));
+            fmt::print("{},{},{},{},{},{},{:.1f},{},{:.5f},{:.5f},{:.5f},{:.1f},{:.5f},{:.5f},{:.5f}\n", scene,
+                       options.visibility, stage.light_count(), method, seed, error, m.statistics.cut.mean,
+                       m.statistics.cut.max, c.mean_relative_error, c.p99_relative_error, c.signed_relative_error,
+                       static_cast<double>(m.statistics.rays) / (options.size * options.size),
+                       c.channel_relative_error[0], c.channel_relative_error[1], c.channel_relative_error[2]);
             std::fflush(stdout);
           }
         }
+      }
+    }
+  }
+}
+
+/// Mean cuts by builder and metric, over the seeds of lights and tree; then the quotient to the greedy builder's with
+/// Walter's metric.
+void trees(const Options& options) {
+  using enum Metric;
+  constexpr std::pair<const char*, Metric> metrics[] = {{"walter", walter},
+                                                        {"distance", distance},
+                                                        {"distance-color", distance_color},
+                                                        {"distance-direction", distance_direction},
+                                                        {"distance-color-direction", distance_color_direction}};
+  constexpr std::pair<const char*, TreeBuilder> builders[] = {
+      {"agglomerative", TreeBuilder::agglomerative}, {"ploc", TreeBuilder::ploc}, {"morton", TreeBuilder::morton}};
+  fmt::print("scene,visibility,lights,method,builder,metric,mean_size,to_first\n");
+  for (const std::string& scene : options.scenes) {
+    for (const std::uint64_t vpls : options.vpls) {
+      std::vector<std::unique_ptr<Stage>> stages;
+      for (int seed = 1; seed <= options.seeds; ++seed) {
+        stages.push_back(std::make_unique<Stage>(scene, vpls, static_cast<std::uint64_t>(seed), options.threads));
+      }
+      for (const std::string& method : options.methods) {
+        if (method == "all") continue;
+        const ShadeOptions shade = shade_options(options, method, options.errors.front());
+        double first = 0;
+        const auto row = [&](const auto& builder, const auto& metric) {
+          double size = 0;
+          for (std::size_t i = 0; i < stages.size(); ++i) {
+            stages[i]->build(builder.second, metric.second, i + 1);
+            size += stages[i]->shade(shade, options.size, 1).statistics.cut.mean / static_cast<double>(stages.size());
+          }
+          if (first == 0) first = size;
+          fmt::print("{},{},{},{},{},{},{:.1f},{:.3f}\n", scene, options.visibility, stages[0]->light_count(), method,
+                     builder.first, metric.first, size, size / first);
+          std::fflush(stdout);
+        };
+        for (const auto& metric : metrics) row(builders[0], metric);
+        for (const auto& builder : builders) row(builder, metrics[0]);
       }
     }
   }
@@ -160,7 +207,8 @@ int run(int argc, char** argv) {
   app.require_subcommand(1);
   CLI::App* speed_command = app.add_subcommand("speed", "time a pixel of every method");
   CLI::App* errors_command = app.add_subcommand("errors", "error and size by bound, as CSV");
-  for (CLI::App* command : {speed_command, errors_command}) {
+  CLI::App* trees_command = app.add_subcommand("trees", "mean cut by builder and metric, as CSV");
+  for (CLI::App* command : {speed_command, errors_command, trees_command}) {
     command->add_option("--scenes", options.scenes, "files, or builtin:NAME");
     command->add_option("--vpls", options.vpls, "numbers of VPLs");
     command->add_option("--errors", options.errors, "bounds");
@@ -177,7 +225,7 @@ int run(int argc, char** argv) {
     command->add_option("--threads", options.threads, "0: all");
   }
   CLI11_PARSE(app, argc, argv);
-  (speed_command->parsed() ? speed : errors)(options);
+  (speed_command->parsed() ? speed : errors_command->parsed() ? errors : trees)(options);
   return 0;
 }
 

@@ -17,10 +17,12 @@ struct Comparison {
   double mean_relative_error = 0;    ///< mean of |a - b| / b
   double p99_relative_error = 0;     ///< 99th percentile of |a - b| / b, linear between ranks
   double signed_relative_error = 0;  ///< mean of (a - b) / b: above zero where A is brighter
-  double flip = 0;                   ///< mean of `flip_map`
-  float exposure_ev = 0;             ///< what auto_exposure chose for B, used for FLIP
-  std::size_t dark_pixels = 0;       ///< pixels left out of the relative errors of luminance
-  std::vector<float> flip_map;       ///< FLIP error of each pixel, 0 to 1
+  /// Mean of |a - b| / max(b, 0.01 m) of red, green and blue by themselves, over the same pixels.
+  double channel_relative_error[3] = {};
+  double flip = 0;              ///< mean of `flip_map`
+  float exposure_ev = 0;        ///< what auto_exposure chose for B, used for FLIP
+  std::size_t dark_pixels = 0;  ///< pixels left out of the relative errors of luminance
+  std::vector<float> flip_map;  ///< FLIP error of each pixel, 0 to 1
 };
 
 /// Compares the colour of an image with that of a reference.

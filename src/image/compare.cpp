@@ -65,6 +65,21 @@ std::vector<double> relative_errors(const std::vector<Vec3>& a, const std::vecto
   return errors;
 }
 
+/// Mean relative errors of the three channels of the same pixels. A channel may be black where the pixel is not, so its
+/// value is taken for `darkest` at least.
+void fill_channel_errors(Comparison& out, const std::vector<Vec3>& a, const std::vector<Vec3>& b, double darkest) {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < b.size(); ++i) {
+    if (double{luminance(b[i])} < darkest) continue;
+    ++count;
+    for (int c = 0; c < 3; ++c) {
+      const double from = component(b[i], c);
+      out.channel_relative_error[c] += std::abs(component(a[i], c) - from) / std::max(from, darkest);
+    }
+  }
+  for (double& error : out.channel_relative_error) error /= static_cast<double>(std::max<std::size_t>(1, count));
+}
+
 /// Value below which a share of the values lies, linear between the two nearest ranks. Reorders the values.
 double percentile(std::vector<double>& values, double share) {
   const double rank = share * static_cast<double>(values.size() - 1);
@@ -124,10 +139,12 @@ Comparison compare(const Image& image, const Image& reference) {
     std::vector<double> errors = relative_errors(a, b, kDarkShare * m);
     out.dark_pixels = b.size() - errors.size();
     fill_relative_errors(out, std::move(errors));
+    fill_channel_errors(out, a, b, kDarkShare * m);
   } else {
     out.dark_pixels = b.size();
     const double error = squares > 0 ? kInfinite : 0;
     out.relmse = out.mean_relative_error = out.p99_relative_error = out.signed_relative_error = error;
+    std::fill_n(out.channel_relative_error, 3, error);
   }
 
   // What a person would see when flipping between the two.

@@ -53,6 +53,7 @@ TEST_F(CompareCommand, JsonHasTheFiguresOfTheContract) {
   EXPECT_NEAR(json.at("mean_relative_error").get<double>(), 0.1, 1e-5);
   EXPECT_NEAR(json.at("signed_relative_error").get<double>(), 0.1, 1e-5);
   EXPECT_NEAR(json.at("p99_relative_error").get<double>(), 0.1, 1e-5);
+  for (const auto& error : json.at("channel_relative_error")) EXPECT_NEAR(error.get<double>(), 0.1, 1e-5);
   EXPECT_GT(json.at("rmse").get<double>(), 0.1);
   EXPECT_GT(json.at("relmse").get<double>(), 0.005);
   EXPECT_GT(json.at("flip").get<double>(), 0.001);

@@ -177,7 +177,7 @@ Counts check_hidden(Scene scene, std::uint64_t vpls, int side, int step) {
       marks, occluder_view(occluders.data(), static_cast<std::uint32_t>(occluders.size()), arrays.view().bounds)};
   const Frontier frontier = make_frontier(context, 48);
   const GroupTuning tuning{
-      .extent = 0.08f, .cosine = 0.8f, .pixels = 16, .first_factor = 2, .level_ratio = 1.2f, .umbras = 32};
+      .extent = 0.05f, .cosine = 0.8f, .pixels = 64, .first_factor = 3, .level_ratio = 1.2f, .umbras = 32};
   const View view = make_view(camera, side, side, 1, 1, true);
   Counts counts;
   int all = 0, isa_index = 0;

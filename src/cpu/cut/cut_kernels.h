@@ -88,11 +88,21 @@ struct CutTask {
   std::size_t count;
 };
 
+/// Places of lights, or unit vectors to directional ones, side by side. Arrays may be read up to a multiple of kPacketSize.
+struct LightPlaces {
+  const float *x, *y, *z;
+  std::size_t count;
+  bool directions;
+};
+
 /// The inner loops of the packet cut, compiled once for each instruction set.
 struct CutKernels {
   WalkFn walk[3];  ///< by LightKind
   /// Which of at most 16 nodes lie in some umbra, as bits.
   std::uint32_t (*hidden[3])(const Umbra* umbras, std::uint32_t umbra_count, const LightNode* const* nodes, int count);
+
+  /// Takes the places that lie in an umbra from those that are left, bit i % 16 of word i / 16; returns whether there were any.
+  bool (*hides_any)(const Umbra&, const LightPlaces&, std::uint16_t* left);
 
   void (*sum_vpls)(const CutTask&, float min_distance_sq, CutSum&);
   void (*sum_points)(const CutTask&, const PointRecord*, CutSum&);

@@ -94,6 +94,26 @@ std::uint32_t hidden_of(const Umbra* umbras, std::uint32_t umbra_count, const Li
   return hidden;
 }
 
+bool hides_any(const Umbra& umbra, const LightPlaces& places, std::uint16_t* left) {
+  bool any = false;
+  for (std::size_t first = 0; first < places.count; first += Lanes::kCount) {
+    std::uint16_t& word = left[first / kPacketSize];
+    const auto shift = static_cast<unsigned>(first % kPacketSize);
+    std::uint32_t lanes = std::uint32_t{word} >> shift & Lanes::kAllBits;
+    if (lanes == 0) continue;
+    const Batch x = Batch::load_unaligned(places.x + first), y = Batch::load_unaligned(places.y + first),
+                z = Batch::load_unaligned(places.z + first);
+    for (int plane = kUmbraPlanes - 1; plane >= 0 && lanes != 0; --plane) {
+      const HalfSpace& h = umbra.behind[plane];
+      const Batch inside = x * Batch(h.normal.x) + y * Batch(h.normal.y) + z * Batch(h.normal.z);
+      lanes &= bits(Mask{inside > Batch(places.directions ? kUmbraDirectionSlack : -h.offset)});
+    }
+    word = static_cast<std::uint16_t>(word & ~(lanes << shift));
+    any = any || lanes != 0;
+  }
+  return any;
+}
+
 constexpr int kPairs = Lanes::kCount / 2;
 static_assert(kPairs <= kMostPairs);
 
@@ -289,6 +309,7 @@ void sum_directionals(const CutTask& task, const DirectionalRecord* lights, CutS
 extern const CutKernels cut_kernels;
 const CutKernels cut_kernels{{walk_on<VplBound>, walk_on<PointBound>, walk_on<DirectionalBound>},
                              {hidden_of<VplBound>, hidden_of<PointBound>, hidden_of<DirectionalBound>},
+                             hides_any,
                              sum_vpls,
                              sum_points,
                              sum_directionals};

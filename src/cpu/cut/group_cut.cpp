@@ -50,7 +50,7 @@ float weigh(Vec3 weights, Vec3 intensity, float bound) {
 class GroupCut {
  public:
   GroupCut(const CutTools& tools, std::span<const SurfacePacket> tile, const PixelGroup& group, double extent_sq,
-           CutScratch& scratch, TileLight& out)
+           const UmbraFinder& umbras, CutScratch& scratch, TileLight& out)
       : tools_(tools),
         context_(tools.context),
         group_(group),
@@ -61,7 +61,7 @@ class GroupCut {
     walk_.group = bound_receivers(tile, group);
     walk_.min_distance_sq = context_.min_distance_sq;
     walk_.visits = 0;
-    find_umbras(context_, walk_.group, tools.tuning.umbras, scratch.umbras);
+    umbras.find(walk_.group);
     walk_.umbras = scratch.umbras.umbras.data();
     walk_.umbra_count = static_cast<std::uint32_t>(scratch.umbras.umbras.size());
     walk_.tell_hidden = tools.listener != nullptr;
@@ -80,7 +80,7 @@ class GroupCut {
         for (const LightKind kind : kLightKinds) refine(kind);
       }
       for (int p = 0; p < pixels_.packet_count(); ++p) {
-        if (full || (aim.packets >> p & 1u) != 0) sum_entries(p);
+        if (pixels_.pending(p) != 0 && (full || (aim.packets >> p & 1u) != 0)) sum_entries(p);
       }
       finish(full ? ~0u : aim.packets, full);
       ++scratch_.rounds;
@@ -165,7 +165,7 @@ class GroupCut {
     scratch_.feed.clear();
     for (std::uint32_t i = 0; i < old.lights.size(); ++i) {
       const CutLight& light = old.lights[i];
-      const std::uint32_t kept = i < old.shares.size() ? i : kNone;
+      const std::uint32_t kept = i < old.asked ? i : kNone;
       if (weigh(walk_.weights, light.intensity, light.bound) <= 1) {
         keep(kind, light, kept);
       } else {
@@ -200,7 +200,7 @@ class GroupCut {
       scratch_.entries[index(kind)].clear();
       for (std::uint32_t i = 0; i < old.lights.size(); ++i) {
         const CutLight& light = old.lights[i];
-        const std::uint32_t kept = i < old.shares.size() ? i : kNone;
+        const std::uint32_t kept = i < old.asked ? i : kNone;
         heap.push_back({weigh(walk_.weights, light.intensity, light.bound), kind, {light.node, kept, light.bound}});
       }
     }
@@ -241,7 +241,7 @@ class GroupCut {
   void keep(LightKind kind, const CutLight& light, std::uint32_t kept) {
     CutEntries& entries = scratch_.entries[index(kind)];
     entries.lights.push_back(light);
-    if (context_.visibility != nullptr) entries.shares.push_back(share_of(kind, light.light, kept));
+    if (context_.visibility != nullptr) ask(kind, light.light, kept, entries);
   }
 
   void choose(LightKind kind, const ChosenNode& chosen) {
@@ -256,7 +256,7 @@ class GroupCut {
     }
     CutEntries& leaves = scratch_.leaves;
     leaves.lights.push_back(light);
-    if (context_.visibility != nullptr) leaves.shares.push_back(share_of(kind, light.light, chosen.kept));
+    if (context_.visibility != nullptr) ask(kind, light.light, chosen.kept, leaves);
     if (leaves.lights.size() == kBlock) add_leaves(kind);
   }
 
@@ -267,29 +267,43 @@ class GroupCut {
     tools_.listener->hidden(kind, node, walk_.group, {pixels, count});
   }
 
-  /// How much of a representative arrives, from the last round or by asking.
-  PacketShare share_of(LightKind kind, std::uint32_t light, std::uint32_t kept) {
-    if (kept != kNone) return scratch_.old[index(kind)].shares[kept];
-    PacketFactors factors;
-    RayPacket16 rays;
-    PacketShare share{};
-    const std::uint32_t candidates = shadow_rays(kind, light, factors, rays) & pixels_.pending(0);
-    if (candidates != 0) {
-      out_.rays += context_.visibility->shares({kind, light, pixels_.receivers(0), rays, candidates}, share.of);
+  /// Adds how much of a representative arrives, from the last round or by asking.
+  void ask(LightKind kind, std::uint32_t light, std::uint32_t kept, CutEntries& entries) {
+    const CutEntries& old = scratch_.old[index(kind)];
+    for (int p = 0; p < pixels_.packet_count(); ++p) {
+      if (pixels_.pending(p) == 0) continue;
+      const auto at = static_cast<std::size_t>(p);
+      if (kept != kNone) {
+        entries.shares[at].push_back(old.shares[at][kept]);
+      } else {
+        ask_packet(kind, light, p, entries.shares[at].emplace_back());
+      }
     }
-    return share;
+    ++entries.asked;
   }
 
-  std::uint32_t shadow_rays(LightKind kind, std::uint32_t light, PacketFactors& factors, RayPacket16& rays) const {
+  void ask_packet(LightKind kind, std::uint32_t light, int packet, PacketShare& share) {
+    PacketFactors factors;
+    RayPacket16 rays;
+    const ReceiverPacket& receivers = pixels_.receivers(packet);
+    const std::uint32_t candidates = shadow_rays(kind, light, receivers, factors, rays) & pixels_.pending(packet);
+    if (candidates != 0) {
+      out_.rays += context_.visibility->shares({kind, light, receivers, rays, candidates}, share.of);
+    } else {
+      std::fill_n(share.of, kPacketSize, 0.0f);
+    }
+  }
+
+  std::uint32_t shadow_rays(LightKind kind, std::uint32_t light, const ReceiverPacket& receivers,
+                            PacketFactors& factors, RayPacket16& rays) const {
     const LightSet& lights = context_.lights;
     switch (kind) {
       case LightKind::vpl:
-        return tools_.shade.vpl_shadow_rays(pixels_.receivers(0), lights.vpls[light], context_.min_distance_sq, factors,
-                                            rays);
+        return tools_.shade.vpl_shadow_rays(receivers, lights.vpls[light], context_.min_distance_sq, factors, rays);
       case LightKind::point:
-        return tools_.shade.point_shadow_rays(pixels_.receivers(0), lights.points[light], factors, rays);
+        return tools_.shade.point_shadow_rays(receivers, lights.points[light], factors, rays);
       case LightKind::directional:
-        return tools_.shade.directional_shadow_rays(pixels_.receivers(0), lights.directionals[light], factors, rays);
+        return tools_.shade.directional_shadow_rays(receivers, lights.directionals[light], factors, rays);
     }
     return 0;
   }
@@ -298,14 +312,14 @@ class GroupCut {
 
   void add(int packet, const LitNodes& nodes) { out_.pairs += pixels_.add(packet, nodes, context_, tools_.cut); }
 
-  [[nodiscard]] LitNodes lit(LightKind kind, const CutEntries& nodes) const {
-    return {kind, nodes.lights.data(), context_.visibility == nullptr ? nullptr : nodes.shares.data(),
-            nodes.lights.size()};
+  [[nodiscard]] LitNodes lit(LightKind kind, int packet, const CutEntries& nodes) const {
+    const PacketShare* shares = nodes.shares[static_cast<std::size_t>(packet)].data();
+    return {kind, nodes.lights.data(), context_.visibility == nullptr ? nullptr : shares, nodes.lights.size()};
   }
 
   void sum_entries(int packet) {
     pixels_.start_from_leaves(packet);
-    for (const LightKind kind : kLightKinds) add(packet, lit(kind, scratch_.entries[index(kind)]));
+    for (const LightKind kind : kLightKinds) add(packet, lit(kind, packet, scratch_.entries[index(kind)]));
   }
 
   /// Leaves never leave the cut again: they go into the pixels' fixed sums and are forgotten.
@@ -315,7 +329,7 @@ class GroupCut {
     for (int p = 0; p < pixels_.packet_count(); ++p) {
       if (pixels_.pending(p) == 0) continue;
       pixels_.start_from_nothing(p);
-      add(p, lit(kind, leaves));
+      add(p, lit(kind, p, leaves));
       pixels_.keep_as_leaves(p);
     }
     std::uint8_t pixels[kTilePixels];
@@ -370,11 +384,8 @@ class GroupCut {
   GroupWalk walk_;
 };
 
-/// Diagonal of the box around lights and receivers [m].
-double extent_of(const LightTrees& trees, std::span<const SurfacePacket> packets) {
+Box box_of(std::span<const SurfacePacket> packets) {
   Box box;
-  if (!trees.vpls.nodes.empty()) box = extend(box, trees.vpls.nodes[0].box);
-  if (!trees.points.nodes.empty()) box = extend(box, trees.points.nodes[0].box);
   for (const SurfacePacket& packet : packets) {
     const PacketVec3& at = packet.receivers.position;
     for (std::uint32_t lanes = packet.receivers.active; lanes != 0; lanes &= lanes - 1) {
@@ -382,16 +393,25 @@ double extent_of(const LightTrees& trees, std::span<const SurfacePacket> packets
       box = extend(box, Vec3{at.x[lane], at.y[lane], at.z[lane]});
     }
   }
-  return std::max(static_cast<double>(diagonal(box)), 1e-9);
+  return box;
+}
+
+/// Diagonal of the box around lights and receivers [m].
+double extent_of(const LightTrees& trees, Box receivers) {
+  if (!trees.vpls.nodes.empty()) receivers = extend(receivers, trees.vpls.nodes[0].box);
+  if (!trees.points.nodes.empty()) receivers = extend(receivers, trees.points.nodes[0].box);
+  return std::max(static_cast<double>(diagonal(receivers)), 1e-9);
 }
 
 }  // namespace
 
 void cut_pixels(const CutTools& tools, std::span<const SurfacePacket> packets, CutScratch& scratch, TileLight& out) {
-  const double extent = extent_of(tools.context.trees, packets);
+  const Box receivers = box_of(packets);
+  const double extent = extent_of(tools.context.trees, receivers);
   const GroupLimits limits{static_cast<float>(tools.tuning.extent * extent), tools.tuning.cosine, tools.tuning.pixels};
+  const UmbraFinder umbras(tools.context, tools.frontier, tools.cut, receivers, tools.tuning.umbras, scratch.umbras);
   for (const PixelGroup& group : group_pixels(packets, limits)) {
-    GroupCut(tools, packets, group, extent * extent, scratch, out).run();
+    GroupCut(tools, packets, group, extent * extent, umbras, scratch, out).run();
   }
 }
 

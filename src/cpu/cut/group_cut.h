@@ -49,11 +49,14 @@ struct CutTools {
 /// Chosen nodes of one kind of light.
 struct CutEntries {
   std::vector<CutLight> lights;
-  std::vector<PacketShare> shares;  ///< how much of each arrives; empty without visibility
+  /// By packet: how much of each arrives; empty without visibility, and for packets that had left when a light came.
+  std::array<std::vector<PacketShare>, kTilePackets> shares;
+  std::size_t asked = 0;  ///< lights, from the first on, whose shares are known
 
   void clear() {
     lights.clear();
-    shares.clear();
+    for (std::vector<PacketShare>& of_packet : shares) of_packet.clear();
+    asked = 0;
   }
 };
 

@@ -8,13 +8,13 @@ namespace {
 /// Nodes of the first guess.
 constexpr std::uint32_t kFrontierSize = 48;
 
-/// A group may be so large because what a test saves by serving more pixels is worth more than what the cut grows; with
-/// shadow rays, because rays of full packets cost half as much as those of sparse ones. More umbras than these found hardly
-/// anything more in the rooms measured (docs/results/cut.md).
+/// A group may be so large because what a test saves by serving more pixels is worth more than what the cut grows, and,
+/// with shadow rays, because rays of full packets cost half as much as those of sparse ones. Where nodes cost rays or looks
+/// at maps, it is smaller. More umbras found hardly anything more in the rooms measured (docs/results/cut.md).
 constexpr GroupTuning kUnshadowed{
     .extent = 0.06f, .cosine = 0.8f, .pixels = kTilePixels, .first_factor = 1.2f, .level_ratio = 1.5f};
 constexpr GroupTuning kShadowed{
-    .extent = 0.08f, .cosine = 0.8f, .pixels = kPacketSize, .first_factor = 2.0f, .level_ratio = 1.2f, .umbras = 32};
+    .extent = 0.05f, .cosine = 0.8f, .pixels = kTilePixels, .first_factor = 3.0f, .level_ratio = 1.2f, .umbras = 32};
 
 }  // namespace
 

@@ -5,9 +5,9 @@
 
 #include "backend/find_occluders.h"
 #include "backend/scene_arrays.h"
-#include "cpu/cpu_backend.h"
 #include "cpu/simd/isa.h"
 #include "cpu/visibility.h"
+#include "cpu_shade/lit_backend.h"
 #include "cpu_shade/rooms.h"
 #include "cut/cut_scene.h"
 #include "kernels/offset_point.h"
@@ -153,20 +153,13 @@ struct Counts {
 
 /// Cuts some tiles of a picture and checks what they call hidden.
 Counts check_hidden(Scene scene, std::uint64_t vpls, int side, int step) {
-  validate(scene);
-  const Camera camera = select_camera(scene, "");
-  CpuBackend backend(2);
-  backend.set_scene(scene, {});
-  VplOptions options;
-  options.count = vpls;
-  backend.trace_vpls(options, {});
-  backend.build_light_tree({}, {});
-
-  const SceneArrays arrays(scene);
+  LitBackend lit(std::move(scene), vpls);
+  const Camera camera = select_camera(lit.scene, "");
+  const SceneArrays arrays(lit.scene);
   const RayTracer tracer(arrays.view());
   const EmitterTable emitters(arrays);
-  const LightSet set = make_light_set(backend.lights());
-  const LightTrees& trees = backend.light_trees();
+  const LightSet set = make_light_set(lit.backend.lights());
+  const LightTrees& trees = lit.backend.light_trees();
   const RayVisibility rays(tracer);
   LightMarks marks(trees);
   const std::vector<Occluder> occluders = find_occluders(arrays.view(), kMostOccluders);
@@ -231,26 +224,19 @@ TEST(HiddenLights, OfTheSkyToo) {
 }
 
 TEST(HiddenLights, MakeCutsSmallerAndLeaveThePictureAlone) {
-  Scene scene = seen_from(two_rooms(), {1.9f, 0.5f, -0.8f}, {0.3f, -0.6f, 0.5f});
-  validate(scene);
-  CpuBackend backend(2);
-  backend.set_scene(scene, {});
-  VplOptions vpls;
-  vpls.count = 2000;
-  backend.trace_vpls(vpls, {});
-  backend.build_light_tree({}, {});
-  Statistics heap_statistics, statistics;
-  const Camera camera = select_camera(scene, "");
-  ShadeOptions options, cuts;
-  const Image all = backend.shade(camera, 32, 32, options, 0, statistics, {}).image;
+  LitBackend lit(seen_from(two_rooms(), {1.9f, 0.5f, -0.8f}, {0.3f, -0.6f, 0.5f}), 2000);
+  const Camera camera = select_camera(lit.scene, "");
+  const Image all = lit.shade(camera, 32, 32, {});
+  ShadeOptions cuts;
   cuts.method = Method::lightcuts;
   cuts.cut = CutWalk::heap;
-  backend.shade(camera, 32, 32, cuts, 0, heap_statistics, {});
+  lit.shade(camera, 32, 32, cuts);
+  const double mean_of_heap = lit.statistics.cut.mean;
   cuts.cut = CutWalk::packet;
-  const Comparison c = compare(backend.shade(camera, 32, 32, cuts, 0, statistics, {}).image, all);
+  const Comparison c = compare(lit.shade(camera, 32, 32, cuts), all);
   EXPECT_LE(c.mean_relative_error, 0.015);
   EXPECT_LE(c.p99_relative_error, 0.05);
-  EXPECT_LT(statistics.cut.mean, 0.8 * heap_statistics.cut.mean);
+  EXPECT_LT(lit.statistics.cut.mean, 0.8 * mean_of_heap);
 }
 
 }  // namespace

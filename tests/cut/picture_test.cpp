@@ -3,7 +3,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "cpu/cpu_backend.h"
+#include "cpu_shade/lit_backend.h"
 #include "cpu_shade/rooms.h"
 #include "cut/cut_scene.h"
 #include "lightcuts/compare.h"
@@ -11,24 +11,13 @@
 namespace lightcuts::test {
 namespace {
 
-/// A scene on a backend with lights and trees.
-struct Stage {
-  Scene scene;
+struct Stage : LitBackend {
   Camera camera;
-  CpuBackend backend;
-  Statistics statistics;
 
   Stage(Scene s, const Camera& c, std::uint64_t vpls, int threads = 2)
-      : scene(std::move(s)), camera(c), backend(threads) {
-    validate(scene);
-    backend.set_scene(scene, {});
-    VplOptions options;
-    options.count = vpls;
-    backend.trace_vpls(options, {});
-    backend.build_light_tree({}, {});
-  }
-  Image shade(ShadeOptions options, int width, int height) {
-    return backend.shade(camera, width, height, options, 0, statistics, {}).image;
+      : LitBackend(std::move(s), vpls, threads), camera(c) {}
+  Image shade(const ShadeOptions& options, int width, int height) {
+    return LitBackend::shade(camera, width, height, options);
   }
 };
 

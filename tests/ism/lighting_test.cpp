@@ -1,9 +1,9 @@
 #include <gtest/gtest.h>
 
-#include "cpu/cpu_backend.h"
 #include "cpu/film.h"
 #include "cpu/ism/map_plan.h"
 #include "cpu/ism/shadow_map_pool.h"
+#include "cpu_shade/lit_backend.h"
 #include "cpu_shade/rooms.h"
 #include "lightcuts/compare.h"
 #include "lightcuts/error.h"
@@ -30,16 +30,9 @@ Rendered shade(int threads, const ShadeOptions& options, std::uint64_t memory = 
   point.position = {0.3f, 0.2f, 0.5f};
   point.intensity = {0.2f, 0.2f, 0.2f};
   scene.point_lights.push_back(point);
-  validate(scene);
-  CpuBackend backend(threads);
-  backend.set_scene(scene, {});
-  VplOptions lights;
-  lights.count = vpls;
-  backend.trace_vpls(lights, {});
-  if (options.method == Method::lightcuts) backend.build_light_tree({}, {});
-  Rendered result;
-  result.image = backend.shade(room_camera(), 40, 24, options, memory, result.statistics, {}).image;
-  return result;
+  LitBackend lit(std::move(scene), vpls, threads);
+  Image image = lit.shade(room_camera(), 40, 24, options, memory);
+  return {std::move(image), lit.statistics};
 }
 
 void expect_same(const Image& a, const Image& b, float relative) {
@@ -191,17 +184,10 @@ TEST(MapPlan, AMillionMapsFitIntoAFewGibibytes) {
 }
 
 TEST(LightByMaps, StopsAndKeepsWhatWasDone) {
-  Scene scene = lit_room();
-  validate(scene);
-  CpuBackend backend(1);
-  backend.set_scene(scene, {});
-  VplOptions lights;
-  lights.count = 3000;
-  backend.trace_vpls(lights, {});
+  LitBackend lit(lit_room(), 3000, 1);
   int calls = 0;
   const ProgressFn stop = [&](const char*, double) { return ++calls < 2; };
-  Statistics statistics;
-  const ShadeResult result = backend.shade(room_camera(), 64, 64, by_maps(), 0, statistics, stop);
+  const ShadeResult result = lit.backend.shade(room_camera(), 64, 64, by_maps(), 0, lit.statistics, stop);
   EXPECT_FALSE(result.complete);
   ASSERT_NE(find_channel(result.image, "weight"), nullptr);
 }

@@ -81,8 +81,11 @@ class Peers:
         self.kept = json.loads(self.kept_file.read_text()) if self.kept_file.exists() else {}
         self.missing = {}
 
-    def run(self, words, key, needs):
-        """Runs a program that prints JSON last; returns that with its processor time, kept from an earlier run if its files are there."""
+    def run(self, words, key, needs, stats=None):
+        """Runs a program that prints JSON last; returns that with its processor time, kept from an earlier run if its files are there.
+
+        `stats`: a JSON file that the program writes, returned under that name.
+        """
         if key in self.kept and all(pathlib.Path(f).exists() for f in needs):
             return self.kept[key]
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -93,6 +96,8 @@ class Peers:
             raise RuntimeError(f"{pathlib.Path(str(words[0])).name} {key}: {reason[-1]}")
         lines = [line for line in done.stdout.splitlines() if line.startswith("{")]
         result = json.loads(lines[-1]) if lines else {}
+        if stats:
+            result["stats"] = json.loads(stats.read_text())
         result["process_cpu_s"] = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
         self.kept[key] = result
         temporary = self.kept_file.with_suffix(".tmp")
@@ -106,16 +111,16 @@ class Peers:
             if not target.exists():
                 subprocess.run([self.options.lightcuts, "export", spec, target, "--camera", "0"], check=True, capture_output=True)
 
-    def ours(self, name, spec, samples, seed, extra=("--method", "path"), tag="path"):
-        """One picture; seconds are those of the stages, loading and writing left out."""
+    def ours(self, name, spec, samples, seed, extra=("--method", "path"), tag="path", repeat=0):
+        """One picture; seconds are those of the stages, loading and writing left out. `repeat` tells runs of the same apart."""
         out = self.folder / f"{name}-lightcuts-{tag}-{samples}-{seed}.exr"
         stats = out.with_suffix(".json")
         words = [self.options.lightcuts, "render", spec, "--quiet", "--backend", "cpu", "--size", self.options.size,
                  "--samples", samples, "--seed", seed, "-o", out, "--stats", stats, *extra]
         if self.options.threads:
             words += ["--threads", self.options.threads]
-        result = self.run(words, out.name, [out, stats])
-        found = json.loads(stats.read_text())
+        result = self.run(words, out.name + again(repeat), [out], stats)
+        found = result["stats"] if "stats" in result else json.loads(stats.read_text())
         times = found["time_ms"]
         # Loading runs on about one processor; what is left of the program's processor time is the stages'.
         result.update(seconds=sum(times[k] for k in ("bvh", "vpls", "tree", "shadow_maps", "shade")) / 1e3,
@@ -123,7 +128,7 @@ class Peers:
                       memory_bytes=found["memory_bytes"]["host_peak"])
         return out, result
 
-    def theirs(self, renderer, name, samples, seed):
+    def theirs(self, renderer, name, samples, seed, repeat=0):
         """Pictures of several numbers of samples by one program."""
         script = HERE / f"render_{renderer}.py"
         scene = self.folder / f"{name}.{'xml' if renderer == 'mitsuba' else 'glb'}"
@@ -134,7 +139,7 @@ class Peers:
             words += ["--threads", self.options.threads]
         if renderer == "mitsuba":
             words += ["--variant", self.options.variant]
-        return files, self.run(words, f"{name}-{renderer}-{'-'.join(map(str, samples))}-{seed}", files)
+        return files, self.run(words, f"{name}-{renderer}-{'-'.join(map(str, samples))}-{seed}{again(repeat)}", files)
 
     def halves(self, renderer, name, spec, samples):
         """Two pictures of different seeds."""
@@ -168,8 +173,9 @@ class Peers:
         return rows
 
     def race(self, rooms, counts, vpls):
-        """Error against time, and memory."""
+        """Error against time, and memory. The same picture is made several times; times are medians with their spread."""
         rows = []
+        repeats = range(self.options.repeats)
         for name, spec in rooms:
             self.export(name, spec)
             truth = self.halves("lightcuts", name, spec, self.options.reference)
@@ -177,26 +183,41 @@ class Peers:
             def add(renderer, what, found, memory, file, room=name, reference=truth):
                 image = read_exr(file)
                 value, error = relmse_without_noise([image, image], reference)
-                rows.append({"room": room, "renderer": renderer, "samples": what, "seconds": found["seconds"],
-                             "cpu_s": found["cpu_s"], "relmse": value,
-                             "standard_error": error, "memory_bytes": memory})
+                rows.append({"room": room, "renderer": renderer, "samples": what, "repeats": len(found),
+                             **spread_of(found, "seconds"), **spread_of(found, "cpu_s"), "relmse": value,
+                             "standard_error": error, "memory_bytes": max(memory)})
                 print(race_line(rows[-1]), flush=True)
 
+            def add_ours(renderer, what, *words, room=name, scene=spec):
+                made = [self.ours(room, scene, *words, repeat=r) for r in repeats]
+                found = [result for _, result in made]
+                add(renderer, what, found, [f["memory_bytes"] for f in found], made[0][0])
+
             for count in counts:
-                out, found = self.ours(name, spec, count, 3)
-                add("lightcuts path", f"{count} paths", found, found["memory_bytes"], out)
+                add_ours("lightcuts path", f"{count} paths", count, 3)
             for count in vpls:
-                out, found = self.ours(name, spec, 4, 3, ("--method", "lightcuts", "--vpls", count), f"cut-{count}")
-                add("lightcuts cut", f"{count} VPLs, 4 samples", found, found["memory_bytes"], out)
+                add_ours("lightcuts cut", f"{count} VPLs, 4 samples", 4, 3, ("--method", "lightcuts", "--vpls", count), f"cut-{count}")
             for renderer in RENDERERS[1:]:
                 try:
-                    files, found = self.theirs(renderer, name, counts, 3)
+                    made = [self.theirs(renderer, name, counts, 3, r) for r in repeats]
                 except RuntimeError as error:
                     self.missing[f"{renderer}, {name}"] = str(error)
                     continue
-                for count, file, one in zip(counts, files, found["renders"]):
-                    add(found["renderer"], f"{count} paths", one, found["memory_bytes"], file)
+                for i, (count, file) in enumerate(zip(counts, made[0][0])):
+                    add(made[0][1]["renderer"], f"{count} paths", [result["renders"][i] for _, result in made],
+                        [result["memory_bytes"] for _, result in made], file)
         return rows
+
+
+def again(repeat):
+    """What tells the repeats of one picture apart among the kept results."""
+    return f" again {repeat}" if repeat else ""
+
+
+def spread_of(found, name):
+    """Median of what the repeats took, and its spread."""
+    values = sorted(one[name] for one in found)
+    return {name: values[len(values) // 2], f"{name}_low": values[0], f"{name}_high": values[-1]}
 
 
 def agreement_line(r):
@@ -206,7 +227,8 @@ def agreement_line(r):
 
 
 def race_line(r):
-    return (f"| {r['room']} | {r['renderer']} | {r['samples']} | {r['seconds']:.3g} | {r['cpu_s']:.3g} | {r['relmse']:.4f} ± {r['standard_error']:.4f} "
+    return (f"| {r['room']} | {r['renderer']} | {r['samples']} | {r['seconds']:.3g} | {r['cpu_s']:.3g} "
+            f"({r['cpu_s_low']:.3g} to {r['cpu_s_high']:.3g}) | {r['relmse']:.4f} ± {r['standard_error']:.4f} "
             f"| {r['memory_bytes'] / 1e6:.0f} |")
 
 
@@ -218,8 +240,12 @@ def plot(rows, path):
     except ImportError:
         return
     rooms = list(dict.fromkeys(r["room"] for r in rows))
-    figure, all_axes = plt.subplots(1, len(rooms), figsize=(4 * len(rooms), 3.6), squeeze=False)
-    for axes, room in zip(all_axes[0], rooms):
+    columns = min(4, len(rooms))
+    lines = -(-len(rooms) // columns)
+    figure, all_axes = plt.subplots(lines, columns, figsize=(4 * columns, 3.6 * lines), squeeze=False)
+    for axes in all_axes.flat[len(rooms):]:
+        axes.axis("off")
+    for axes, room in zip(all_axes.flat, rooms):
         for renderer, style in zip(dict.fromkeys(r["renderer"] for r in rows), ("o-", "D-", "s--", "^--")):
             points = [(r["cpu_s"], r["relmse"]) for r in rows if r["room"] == room and r["renderer"] == renderer and r["relmse"] > 0]
             if points:
@@ -250,21 +276,25 @@ def main():
     parser.add_argument("--only", nargs="+", help="names of rooms; default: all")
     parser.add_argument("--output", default="out/peers")
     parser.add_argument("--size", default="128x128")
-    parser.add_argument("--samples", type=int, default=64, help="paths a pixel of each of the two pictures that are compared")
+    parser.add_argument("--samples", type=int, default=64, help="paths a pixel of each of the two pictures that are compared; 0: no comparison")
     parser.add_argument("--reference", type=int, default=256, help="paths a pixel of each half of the reference")
-    parser.add_argument("--race", nargs="*", default=["study", "modern-hall"], help="rooms for error against time")
+    parser.add_argument("--race", nargs="*", help="rooms for error against time; default: all")
+    parser.add_argument("--counts", type=int, nargs="+", default=[1, 4, 16, 64], help="paths a pixel there")
+    parser.add_argument("--repeats", type=int, default=3, help="of each picture there, for its time")
     parser.add_argument("--threads", type=int, default=0)
     parser.add_argument("--variant", default="llvm_ad_rgb", help="of Mitsuba; cuda_ad_rgb where a GPU answers")
     options = parser.parse_args()
     options.lightcuts = os.path.abspath(options.lightcuts)
     peers = Peers(options)
     rooms = find_rooms(options)
-    print("| room | against | relmse without noise | with noise | ratio of means R G B | its standard error | within noise |\n"
-          "|---|---|---:|---:|---:|---:|---|")
-    agreement = peers.agreement(rooms)
-    print("\n| room | renderer | | seconds | processor seconds | relmse without the reference's noise | memory [MB] |\n"
+    agreement = []
+    if options.samples > 0:
+        print("| room | against | relmse without noise | with noise | ratio of means R G B | its standard error | within noise |\n"
+              "|---|---|---:|---:|---:|---:|---|")
+        agreement = peers.agreement(rooms)
+    print("\n| room | renderer | | seconds | processor seconds (low to high) | relmse without the reference's noise | memory [MB] |\n"
           "|---|---|---|---:|---:|---:|---:|")
-    race = peers.race([r for r in rooms if r[0] in options.race], [1, 4, 16, 64], [1000, 10000])
+    race = peers.race([r for r in rooms if options.race is None or r[0] in options.race], options.counts, [1000, 10000])
     plot(race, peers.folder / "error-against-time.png")
     report = {"options": vars(options), "agreement": agreement, "race": race, "missing": peers.missing}
     (peers.folder / "peers.json").write_text(json.dumps(report, indent=1, default=float))

@@ -105,7 +105,10 @@ TEST(References, TheirNoiseIsNotCounted) {
     }
   }
   // 0.1^2 / 1.01, though each half alone is off by 0.2^2 and more.
-  EXPECT_NEAR(relmse_without_noise(image, halves), 0.01, 0.0015);
+  const Estimate found = relmse_without_noise(image, halves);
+  EXPECT_NEAR(found.value, 0.01, 0.0015);
+  EXPECT_LT(std::abs(found.value - 0.01), 4 * found.standard_error);
+  EXPECT_LT(found.standard_error, 0.0015);
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "backend/scene_arrays.h"
 #include "cpu/path_tracer.h"
@@ -54,7 +55,7 @@ Vec3 neighbours_mean(const std::vector<Vec3>& pixels, int width, int height, int
 
 }  // namespace
 
-double relmse_without_noise(const Image& image, const Halves& reference) {
+Estimate relmse_without_noise(const Image& image, const Halves& reference) {
   const std::vector<Vec3> a = rgb_pixels(image), b = rgb_pixels(reference.first), c = rgb_pixels(reference.second);
   std::vector<Vec3> both(a.size());
   double mean = 0;
@@ -62,18 +63,22 @@ double relmse_without_noise(const Image& image, const Halves& reference) {
     both[i] = (b[i] + c[i]) * 0.5f;
     mean += luminance(both[i]) / static_cast<double>(a.size());
   }
-  double sum = 0;
+  double sum = 0, squares = 0;
   for (int y = 0; y < image.height; ++y) {
     for (int x = 0; x < image.width; ++x) {
       const auto i = static_cast<std::size_t>(y * image.width + x);
       const Vec3 scale = neighbours_mean(both, image.width, image.height, x, y);
+      double pixel = 0;
       for (const auto k : {&Vec3::x, &Vec3::y, &Vec3::z}) {
         const double v = a[i].*k, near = scale.*k;
-        sum += (v - b[i].*k) * (v - c[i].*k) / (near * near + 0.01 * mean * mean) / 3;
+        pixel += (v - b[i].*k) * (v - c[i].*k) / (near * near + 0.01 * mean * mean) / 3;
       }
+      sum += pixel;
+      squares += pixel * pixel;
     }
   }
-  return sum / static_cast<double>(a.size());
+  const auto n = static_cast<double>(a.size());
+  return {sum / n, std::sqrt(std::max(0.0, squares / n - sum / n * sum / n) / n)};
 }
 
 }  // namespace lightcuts::app::study

@@ -97,7 +97,7 @@ const Sizes& sizes_of(BenchScale scale) {
                           .vpl_counts = {100, 1000, 10000, 100000, 1000000},
                           .cut_side = 128,
                           .cut_lights = {10, 30, 100, 319},
-                          .cut_seeds = {10, 10, 10, 5},
+                          .cut_seeds = {10, 10, 10, 3},
                           .atlas_maps = {11, 21, 31, 125},
                           .frame_side = 1000,
                           .frame_lights = {10, 20, 30, 50, 100, 319, 1000},

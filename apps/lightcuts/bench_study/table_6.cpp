@@ -138,7 +138,8 @@ void make_table_6(Study& study) {
                                                                               : std::numeric_limits<double>::infinity();
         const bool published = side == kStudySoftwareSide && sizes.all_published && study.on_cpu();
         if (expected > study.request().budget_s && !published) {
-          study.note(fmt::format("{}: left out, for it would take about {:.0f} s", name, expected));
+          study.note(name + ": left out, for it would take " +
+                     (std::isfinite(expected) ? fmt::format("about {:.0f} s", expected) : std::string("too long")));
           continue;
         }
         const Json found =

@@ -34,6 +34,7 @@ figure { margin: 0; } figure img { width: 100%; height: auto; }
 .plots, .grid { display: grid; gap: .6rem; margin: 1rem 0; }
 .plots { grid-template-columns: repeat(auto-fit, minmax(min(19rem, 100%), 1fr)); } .plots.one { max-width: 40rem; }
 .grid { grid-template-columns: repeat(auto-fill, minmax(9rem, 1fr)); }
+.grid.methods { align-items: start; } .grid.methods figure { margin-bottom: .4rem; }
 .grid.large { grid-template-columns: repeat(auto-fill, minmax(13rem, 1fr)); } .grid.large img { image-rendering: pixelated; }
 figcaption { font-size: .8rem; line-height: 1.3; }
 .table { overflow-x: auto; } table { border-collapse: collapse; font-size: .8rem; }
@@ -42,8 +43,10 @@ th:first-child, td:first-child { text-align: left; }
 tr.published td { color: #777; font-style: italic; }
 summary { cursor: pointer; color: #0072b2; } small { color: #555; }
 @media print { body { max-width: none; font-size: 10pt; padding: 0; } details[open] summary { color: inherit; }
-  .table { overflow: visible; } table { font-size: 6.5pt; } th, td { padding: 0 .3rem; } figure, .box, tr { break-inside: avoid; } h2, h3, summary { break-after: avoid; }
-  .plots { grid-template-columns: repeat(2, 1fr); } .plots.one { grid-template-columns: 1fr; } .grid { grid-template-columns: repeat(4, 1fr); } }
+  .table { overflow: visible; } table { font-size: 6.5pt; } th, td { padding: 0 .3rem; } figure, .box, tr, .methods { break-inside: avoid; }
+  h2, h3, p, summary { break-after: avoid; }
+  .plots { grid-template-columns: repeat(2, 1fr); } .plots.one { grid-template-columns: 1fr; } .grid { grid-template-columns: repeat(4, 1fr); }
+  .grid.methods { grid-template-columns: repeat(5, 1fr); } }
 """
 
 # Paper has no hand to open a table with.
@@ -99,8 +102,12 @@ def drawn(report, name):
     return f"<div class='plots{' one' if len(panels) == 1 else ''}'>{shown}</div>"
 
 
+def paragraphs(text):
+    return "".join(f"<p>{html.escape(part.strip())}</p>" for part in text.split("\n"))
+
+
 def section(report, name, title, said, tables):
-    parts = [f"<h2 id='{name}'>{html.escape(title)}</h2>", f"<p>{html.escape(said)}</p>", drawn(report, name)]
+    parts = [f"<h2 id='{name}'>{html.escape(title)}</h2>", paragraphs(said), drawn(report, name)]
     return "\n".join(parts + [table_html(report, t) for t in tables])
 
 
@@ -108,11 +115,15 @@ def gallery(report):
     rooms = list(dict.fromkeys(r["room"] for r in report.measured("pictures")))
     if not rooms:
         return ""
-    out = ["<h2 id='pictures'>Pictures</h2>", f"<p>{html.escape(words.pictures(report))}</p>"]
+    out = ["<h2 id='pictures'>Pictures</h2>", paragraphs(words.pictures(report))]
     for room in rooms:
         shown = [p for p in report.data["pictures"] if p["id"].startswith(room + "-") and (report.folder / p["file"]).exists()]
-        figures = "".join(figure(embedded_picture(report.folder / p["file"]), p["caption"]) for p in shown)
-        out.append(f"<h3>{html.escape(room)}</h3><div class='grid'>{figures}</div>")
+        columns = {}
+        for p in shown:  # a method's picture, its error and its cut size below each other
+            columns.setdefault(p["id"].removesuffix("-error").removesuffix("-size"), []).append(p)
+        stacks = "".join("<div>" + "".join(figure(embedded_picture(report.folder / p["file"]), p["caption"]) for p in column) + "</div>"
+                         for column in columns.values())
+        out.append(f"<h3>{html.escape(room)}</h3><div class='grid methods'>{stacks}</div>")
     return "\n".join(out + [table_html(report, "pictures")])
 
 

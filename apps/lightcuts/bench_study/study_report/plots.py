@@ -6,7 +6,7 @@ from matplotlib.patches import Rectangle
 
 from style import (BLUE, GREEN, GREY, ORANGE, PALE_GREEN, PALE_GREY, PALE_ORANGE, PURPLE, RED, SKY, Panels, curve,
                    legend_below, log_log, series)
-from words import METRICS, VISIBILITY_NAMES, short
+from words import METRICS, VISIBILITY_NAMES, about, is_told, short
 
 METRIC_COLOURS = dict(zip(["walter"] + METRICS, [BLUE, ORANGE, GREEN, RED, PURPLE]))
 
@@ -22,7 +22,7 @@ def table_1(report):
         log_log(axes, "VPLs made", "seconds")
         axes.legend()
 
-    panels = Panels(6.4, 3.8)
+    panels = Panels(5.2, 3.6)
     panels.add(draw)
     return panels.save(report.plots, "table-1")
 
@@ -41,7 +41,8 @@ def bars_of_metrics(axes, report, lights):
     axes.set_title(f"{lights} lights", fontsize=10)
     axes.set_ylabel("mean cut")
     axes.grid(axis="x", visible=False)
-    axes.legend()
+    axes.margins(y=0.25)
+    axes.legend(loc="upper right", ncols=2)
 
 
 def cuts_by_lights(axes, report):
@@ -82,7 +83,7 @@ def table_4(report):
         log_log(axes, "texels of the atlas", "seconds")
         axes.legend()
 
-    panels = Panels(6.4, 3.8)
+    panels = Panels(5.2, 3.6)
     panels.add(draw)
     return panels.save(report.plots, "table-4")
 
@@ -120,7 +121,7 @@ def frames(axes, report, ours, visibility):
     wins = [c for c in report.facts.get("crossings", [])
             if c["visibility"] == visibility and c["fast"] == "cut by packet" and c["lights"]]
     for c, height in zip(wins, (0.02, 0.1)):
-        said = f"cut wins from {short(c['lights'])}" + (", maps made too" if c["maps"] == "made" and kept_too else "")
+        said = f"cut wins from {about(c['lights'])}" + (", maps made too" if c["maps"] == "made" and kept_too else "")
         axes.axvline(c["lights"], color=RED, linewidth=1, linestyle="-.")
         axes.annotate(said, (c["lights"], height), xycoords=("data", "axes fraction"), fontsize=8, color=RED,
                       xytext=(4, 0), textcoords="offset points")
@@ -259,7 +260,7 @@ def figure_3(report):
 def errors_by_time(axes, ours, room, legend):
     for method, colour, style in (("all lights, rays", ORANGE, "o-"), ("cut, rays", BLUE, "o-"),
                                   ("cut, shadow maps", GREEN, "o-"), ("path tracer", PURPLE, "s--")):
-        rows = [r for r in ours if r["room"] == room and r["method"] == method and r["relmse"] > 0]
+        rows = [r for r in ours if r["room"] == room and r["method"] == method and is_told(r)]
         xs, ys, _ = series(rows, "seconds", "relmse")
         if xs:
             bars = [[max(0, r["seconds"] - r["low"]) for r in sorted(rows, key=lambda r: r["seconds"])],

@@ -1,5 +1,7 @@
 #include "backend/hard_edges.h"
 
+#include <tbb/parallel_sort.h>
+
 #include <algorithm>
 #include <array>
 #include <numeric>
@@ -26,8 +28,9 @@ std::vector<std::uint32_t> places_of(const MeshView& mesh) {
   }
   std::vector<std::uint32_t> order(count), place(count);
   std::iota(order.begin(), order.end(), 0u);
-  std::sort(order.begin(), order.end(),
-            [&](std::uint32_t a, std::uint32_t b) { return comes_before(mesh.positions[a], mesh.positions[b]); });
+  tbb::parallel_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return comes_before(mesh.positions[a], mesh.positions[b]);
+  });
   std::uint32_t number = 0;
   for (std::size_t i = 0; i < order.size(); ++i) {
     if (i > 0 && comes_before(mesh.positions[order[i - 1]], mesh.positions[order[i]])) ++number;
@@ -52,7 +55,7 @@ std::vector<EdgeUse> sorted_edges(const MeshView& mesh) {
       uses.push_back({std::min(a, b) << 32 | std::max(a, b), t, e});
     }
   }
-  std::sort(uses.begin(), uses.end(), [](const EdgeUse& a, const EdgeUse& b) {
+  tbb::parallel_sort(uses.begin(), uses.end(), [](const EdgeUse& a, const EdgeUse& b) {
     return a.key != b.key ? a.key < b.key : a.triangle != b.triangle ? a.triangle < b.triangle : a.edge < b.edge;
   });
   return uses;

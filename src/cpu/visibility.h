@@ -1,10 +1,13 @@
 #pragma once
 
+#include <algorithm>
 #include <bit>
 #include <cstdint>
+#include <span>
 
 #include "cpu/ray_packet.h"
 #include "cpu/simd/packet.h"
+#include "kernels/group_lookup.h"
 
 namespace lightcuts {
 
@@ -29,6 +32,15 @@ class PacketVisibility {
   /// Writes to `share` (16 floats, aligned to 64 bytes) how much of the light arrives at each receiver, [0, 1]; 0 in
   /// lanes that do not ask. Returns the number of rays traced. Called by many threads at once.
   virtual std::uint32_t shares(const VisibilityQuery& query, float* share) const = 0;
+
+  /// Whether group_shares is worth a try.
+  [[nodiscard]] virtual bool knows_groups() const { return false; }
+
+  /// Writes to `share` (aligned to 64 bytes) how much of each of up to 16 VPLs arrives at every receiver of a flat group that it
+  /// may light, or kEachItsOwn: each packet has to ask. Called by many threads at once.
+  virtual void group_shares(const FlatReceivers&, std::span<const std::uint32_t> vpls, float* share) const {
+    std::fill_n(share, vpls.size(), kEachItsOwn);
+  }
 };
 
 /// Exact shadow rays.

@@ -6,6 +6,8 @@
 #include <random>
 #include <vector>
 
+#include "cpu/simd/isa.h"
+#include "cpu/simd/ism_kernels.h"
 #include "kernels/group_lookup.h"
 
 namespace lightcuts {
@@ -161,6 +163,79 @@ TEST(GroupLookup, SaysWhatEveryReceiverWouldSee) {
   compare_groups<std::uint16_t, 32>(0.3f);
   compare_groups<std::uint16_t, 128>(0.01f);
   compare_groups<std::uint32_t, 64>(0.01f);
+}
+
+/// Lights in the room with their maps.
+struct RoomMaps {
+  static constexpr int kSize = 64;
+  std::vector<MapRecord> records;
+  std::vector<std::vector<std::uint16_t>> codes;
+  std::vector<GroupMap> maps;
+
+  RoomMaps(int count, std::mt19937& dice) {
+    std::uniform_real_distribution<float> unit(0, 1);
+    const Box room{{-3, -1, -4}, {5, 3, 4}};
+    for (int n = 0; n < count; ++n) {
+      Vec3 origin;
+      do {
+        origin = room.lo + (room.hi - room.lo) * Vec3{unit(dice), unit(dice), unit(dice)};
+      } while (std::abs(origin.x) < 1.1f && origin.y < 1.1f && std::abs(origin.z) < 1.1f);
+      const MapView view = paraboloid_view(origin, random_direction(dice), room);
+      records.push_back(make_map_record<std::uint16_t>(view, kSize));
+      auto& map = codes.emplace_back();
+      for (int t = 0; t < kSize * kSize; ++t) {
+        const Vec3 w = unproject_paraboloid(texel_centre(t % kSize, kSize), texel_centre(t / kSize, kSize));
+        const Vec3 way = view.frame.x * w.x + view.frame.y * w.y + view.frame.z * w.z;
+        map.push_back(encode_depth<std::uint16_t>(depth_in_room(origin, way), records.back().steps));
+      }
+      map.resize(map.size() + 8);  // what may be read past the last one
+    }
+    for (std::size_t i = 0; i < records.size(); ++i) maps.push_back({&records[i], codes[i].data()});
+  }
+};
+
+TEST(GroupLookup, OfManyMapsAtOnceSaysTheSame) {
+  std::mt19937 dice(5);
+  std::uniform_real_distribution<float> unit(0, 1), both(-1, 1);
+  const RoomMaps room(13, dice);
+  const int count = static_cast<int>(room.maps.size());
+  for (const Isa isa : available_isas()) {
+    const IsmKernels& kernels = ism_kernels(isa);
+    int known = 0, known_to_one = 0, asked = 0, wrong = 0;
+    for (int i = 0; i < 400; ++i) {
+      FlatReceivers group{};
+      const float wall = unit(dice) < 0.5f ? -4.0f : 1.0f;  // a wall, or the box
+      group.middle = {wall < 0 ? 8 * unit(dice) - 3 : both(dice), wall < 0 ? 4 * unit(dice) - 1 : both(dice), wall};
+      const float extent = i % 2 == 0 ? 0.005f : 0.03f;
+      group.half_a = Vec3{both(dice), both(dice), 0} * extent;
+      group.half_b = Vec3{both(dice), both(dice), 0} * extent;
+      group.ng = {0, 0, 1};
+      group.reach = length(group.half_a) + length(group.half_b);
+      alignas(64) float shares[kPacketSize];
+      kernels.look_up_group(group, room.maps.data(), count, RoomMaps::kSize, shares);
+      for (int n = 0; n < count; ++n) {
+        const MapRecord& map = room.records[static_cast<std::size_t>(n)];
+        const std::uint16_t* codes = room.codes[static_cast<std::size_t>(n)].data();
+        const float alone = look_up_group<std::uint16_t>(map, group, RoomMaps::kSize, codes);
+        ++asked;
+        known += shares[n] != kEachItsOwn ? 1 : 0;
+        known_to_one += (shares[n] == kEachItsOwn) != (alone == kEachItsOwn) ? 1 : 0;
+        if (shares[n] == kEachItsOwn) continue;
+        if (alone != kEachItsOwn) wrong += std::abs(alone - shares[n]) > 1e-5f ? 1 : 0;
+        for (int k = 0; k < 4; ++k) {
+          const Vec3 at =
+              group.middle + group.half_a * (k % 2 == 0 ? -1.0f : 1.0f) + group.half_b * (k < 2 ? -1.0f : 1.0f);
+          const Vec3 local = to_map(map, at);
+          if (!(local.z > 0)) continue;
+          const float expected = look_up_map<std::uint16_t, true>(map, local, group.ng, RoomMaps::kSize, codes);
+          wrong += std::abs(shares[n] - expected) > 1e-5f ? 1 : 0;
+        }
+      }
+    }
+    EXPECT_EQ(wrong, 0) << isa_name(isa);
+    EXPECT_GT(known, asked * 3 / 4) << isa_name(isa);
+    EXPECT_LT(known_to_one, asked / 500) << isa_name(isa);
+  }
 }
 
 TEST(MapLookup, WithoutADepthEverythingPasses) {

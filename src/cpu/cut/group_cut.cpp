@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "cpu/cut/cut_light.h"
+#include "cpu/cut/flat_group.h"
 #include "cpu/cut/hidden_lights.h"
 #include "cpu/cut/pixels_of_group.h"
 #include "kernels/light.h"
@@ -65,6 +66,11 @@ class GroupCut {
     walk_.umbras = scratch.umbras.umbras.data();
     walk_.umbra_count = static_cast<std::uint32_t>(scratch.umbras.umbras.size());
     walk_.tell_hidden = tools.listener != nullptr;
+    flat_.reach = kInfinity;
+    if (context_.visibility != nullptr && context_.visibility->knows_groups()) {
+      flat_ = flat_receivers(tile, group);
+      for (int p = 0; p < pixels_.packet_count(); ++p) flat_normals_ = flat_normals_ && pixels_.receivers(p).flat;
+    }
   }
 
   void run() {
@@ -232,6 +238,7 @@ class GroupCut {
       add_leaves(kind);
     }
     for (const SplitCandidate& c : heap) choose(c.kind, c.node);
+    ask_for_all();
     return size >= context_.max_cut;
   }
 
@@ -267,19 +274,65 @@ class GroupCut {
     tools_.listener->hidden(kind, node, walk_.group, {pixels, count});
   }
 
-  /// Adds how much of a representative arrives, from the last round or by asking.
+  /// Adds how much of a representative arrives, from the last round or by asking; a flat group's may be asked later.
   void ask(LightKind kind, std::uint32_t light, std::uint32_t kept, CutEntries& entries) {
     const CutEntries& old = scratch_.old[index(kind)];
+    const bool for_all = kept == kNone && kind == LightKind::vpl && flat_.reach < kInfinity;
     for (int p = 0; p < pixels_.packet_count(); ++p) {
       if (pixels_.pending(p) == 0) continue;
       const auto at = static_cast<std::size_t>(p);
       if (kept != kNone) {
         entries.shares[at].push_back(old.shares[at][kept]);
+      } else if (for_all) {
+        entries.shares[at].emplace_back();
       } else {
         ask_packet(kind, light, p, entries.shares[at].emplace_back());
       }
     }
+    if (for_all) {
+      if (lights_none(flat_, context_.lights.vpls[light], flat_normals_)) {
+        set_shares({&entries, entries.asked, light}, 0);
+      } else {
+        later_[later_count_++] = {&entries, entries.asked, light};
+        if (later_count_ == kPacketSize) ask_for_all();
+      }
+    }
     ++entries.asked;
+  }
+
+  /// Asks for the lights that wait for it, once for all pixels where that is possible.
+  void ask_for_all() {
+    if (later_count_ == 0) return;
+    alignas(64) float shares[kPacketSize];
+    std::uint32_t vpls[kPacketSize];
+    for (int i = 0; i < later_count_; ++i) vpls[i] = later_[i].light;
+    context_.visibility->group_shares(flat_, {vpls, static_cast<std::size_t>(later_count_)}, shares);
+    for (int i = 0; i < later_count_; ++i) {
+      if (shares[i] != kEachItsOwn) {
+        set_shares(later_[i], shares[i]);
+        continue;
+      }
+      for (int p = 0; p < pixels_.packet_count(); ++p) {
+        if (pixels_.pending(p) == 0) continue;
+        ask_packet(LightKind::vpl, later_[i].light, p,
+                   later_[i].entries->shares[static_cast<std::size_t>(p)][later_[i].at]);
+      }
+    }
+    later_count_ = 0;
+  }
+
+  /// A light whose share is not known yet, and where it belongs.
+  struct Later {
+    CutEntries* entries;
+    std::size_t at;
+    std::uint32_t light;
+  };
+
+  void set_shares(const Later& later, float share) {
+    for (int p = 0; p < pixels_.packet_count(); ++p) {
+      if (pixels_.pending(p) == 0) continue;
+      std::fill_n(later.entries->shares[static_cast<std::size_t>(p)][later.at].of, kPacketSize, share);
+    }
   }
 
   void ask_packet(LightKind kind, std::uint32_t light, int packet, PacketShare& share) {
@@ -324,6 +377,7 @@ class GroupCut {
 
   /// Leaves never leave the cut again: they go into the pixels' fixed sums and are forgotten.
   void add_leaves(LightKind kind) {
+    ask_for_all();
     CutEntries& leaves = scratch_.leaves;
     if (leaves.lights.empty()) return;
     for (int p = 0; p < pixels_.packet_count(); ++p) {
@@ -382,6 +436,10 @@ class GroupCut {
   GroupPixels pixels_;
   std::uint64_t leaf_count_ = 0;
   GroupWalk walk_;
+  FlatReceivers flat_{};  ///< reach infinite: no look serves all pixels
+  bool flat_normals_ = true;
+  Later later_[kPacketSize];
+  int later_count_ = 0;
 };
 
 Box box_of(std::span<const SurfacePacket> packets) {

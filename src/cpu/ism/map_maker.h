@@ -50,6 +50,11 @@ class MapMaker {
     kernels_.look_up(receivers, candidates, record, {codes, options_.size, options_.depth_bits}, share);
   }
 
+  /// The same for a flat group of receivers, of up to 16 maps of VPLs; see IsmKernels::look_up_group.
+  void look_up_group(const FlatReceivers& receivers, const GroupMap* maps, int count, float* share) const {
+    kernels_.look_up_group(receivers, maps, count, options_.size, share);
+  }
+
   [[nodiscard]] const ShadowMapOptions& options() const { return options_; }
   [[nodiscard]] const LightSet& lights() const { return lights_; }
   [[nodiscard]] std::uint64_t bytes_per_map() const { return bytes_per_map(options_); }

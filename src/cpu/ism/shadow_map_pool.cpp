@@ -112,6 +112,22 @@ ShadowMapPool::Place ShadowMapPool::own_map(LightKind kind, std::uint32_t light,
   return place;
 }
 
+std::uint32_t ShadowMapPool::first_map(LightKind kind, std::uint32_t light) const {
+  Slot& slot = slot_of(kind, light);
+  const std::uint32_t first = slot.load(std::memory_order_acquire);
+  return first < kInWork ? first : obtain(kind, light, slot);
+}
+
+void ShadowMapPool::group_shares(const FlatReceivers& receivers, std::span<const std::uint32_t> vpls,
+                                 float* share) const {
+  GroupMap maps[kPacketSize];
+  for (std::size_t i = 0; i < vpls.size(); ++i) {
+    const Place place = place_of(first_map(LightKind::vpl, vpls[i]));
+    maps[i] = {place.blocks->record(place.at), place.blocks->codes(place.at)};
+  }
+  maker_.look_up_group(receivers, maps, static_cast<int>(vpls.size()), share);
+}
+
 std::uint32_t ShadowMapPool::shares(const VisibilityQuery& query, float* share) const {
   const LightKind kind = query.kind;
   if (query.candidates == 0) {
@@ -126,9 +142,7 @@ std::uint32_t ShadowMapPool::shares(const VisibilityQuery& query, float* share) 
     });
     return 0;
   }
-  Slot& slot = slot_of(kind, query.light);
-  std::uint32_t first = slot.load(std::memory_order_acquire);
-  if (first >= kInWork) first = obtain(kind, query.light, slot);
+  const std::uint32_t first = first_map(kind, query.light);
   look_up_light(maker_, count, query.receivers, query.candidates, share, [&](int which) {
     const Place place = place_of(first + static_cast<std::size_t>(which));
     return std::pair{place.blocks, place.at};

@@ -28,6 +28,8 @@ class ShadowMapPool final : public PacketVisibility {
 
   /// Throws PoolIsFull. A thread that needs a map which another is making waits for it.
   std::uint32_t shares(const VisibilityQuery& query, float* share) const override;
+  [[nodiscard]] bool knows_groups() const override { return maker_.options().depth_bits == 16 && !divided_; }
+  void group_shares(const FlatReceivers& receivers, std::span<const std::uint32_t> vpls, float* share) const override;
 
   // Between lookups of all threads:
 
@@ -59,6 +61,8 @@ class ShadowMapPool final : public PacketVisibility {
   [[nodiscard]] Slot& slot_of(LightKind kind, std::uint32_t light) const {
     return slots_[static_cast<std::size_t>(kind)][light];
   }
+  /// The slot of a light's first map, which is made if it is missing.
+  std::uint32_t first_map(LightKind kind, std::uint32_t light) const;
   std::uint32_t obtain(LightKind kind, std::uint32_t light, Slot& slot) const;
   std::uint32_t take(int count) const;
   [[nodiscard]] Place place_of(std::size_t map) const;

@@ -68,12 +68,23 @@ class TriangleOrder {
 };
 
 std::vector<double> area_before_chunks(const SceneView& scene, const TriangleOrder& order, double& area) {
+  constexpr std::uint64_t most = 1u << 20;  // triangles whose areas are found at a time
   std::vector<double> before;
+  std::vector<float> areas(std::min(most, order.count()));
   area = 0;
-  for (std::uint64_t i = 0; i < order.count(); ++i) {
-    if (i % kAreaChunk == 0) before.push_back(area);
-    const PlacedTriangle t = order.at(i);
-    area += triangle_geometry(scene, t.instance, t.triangle).area;
+  for (std::uint64_t first = 0; first < order.count(); first += most) {
+    const std::uint64_t count = std::min(most, order.count() - first);
+    tbb::parallel_for(tbb::blocked_range<std::uint64_t>(0, count, 1024),
+                      [&](const tbb::blocked_range<std::uint64_t>& range) {
+                        for (std::uint64_t i = range.begin(); i != range.end(); ++i) {
+                          const PlacedTriangle t = order.at(first + i);
+                          areas[i] = triangle_geometry(scene, t.instance, t.triangle).area;
+                        }
+                      });
+    for (std::uint64_t i = 0; i < count; ++i) {
+      if ((first + i) % kAreaChunk == 0) before.push_back(area);
+      area += double{areas[i]};
+    }
   }
   return before;
 }
@@ -119,11 +130,12 @@ struct FoundShape {
 /// Finds the discs of points.
 std::vector<FoundShape> find_shapes(const SceneView& scene, const std::vector<DrawnPoint>& points, float radius,
                                     float overlap) {
+  std::vector<std::uint8_t> has_points(scene.mesh_count, 0);
+  for (const DrawnPoint& point : points) has_points[scene.instances[point.instance].mesh] = 1;
   std::vector<MeshEdges> edges(scene.mesh_count);
-  for (const DrawnPoint& point : points) {
-    const std::uint32_t mesh = scene.instances[point.instance].mesh;
-    if (edges[mesh].hard.empty()) edges[mesh] = hard_edges(scene.meshes[mesh]);
-  }
+  tbb::parallel_for(std::size_t{0}, edges.size(), [&](std::size_t mesh) {
+    if (has_points[mesh] != 0) edges[mesh] = hard_edges(scene.meshes[mesh]);
+  });
   std::vector<FoundShape> found(points.size());
   const float small_area = kPi * radius * radius;
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, points.size(), 256),

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "cpu/simd/packet.h"
+#include "kernels/group_lookup.h"
 #include "kernels/map_lookup.h"
 #include "kernels/shadow_map.h"
 
@@ -23,6 +24,12 @@ struct DepthCodes {
   const void* codes;
   int size;  ///< texels a side
   int depth_bits;
+};
+
+/// A map that a group asks.
+struct GroupMap {
+  const MapRecord* record;
+  const std::uint16_t* codes;
 };
 
 /// Floats from one row of a map being drawn to the next: whole registers.
@@ -47,6 +54,10 @@ struct IsmKernels {
   /// Share of light that arrives at each of 16 receivers as look_up_map of kernels/map_lookup.h says; 0 for those that
   /// are no candidates. `share` is aligned to 64 bytes.
   void (*look_up)(const ReceiverPacket&, std::uint32_t candidates, const MapRecord&, const DepthCodes&, float* share);
+
+  /// One look at each of up to 16 paraboloid maps of 16-bit depths for a flat group of receivers: look_up_group of
+  /// kernels/group_lookup.h, kEachItsOwn where it cannot say. `share` is aligned to 64 bytes.
+  void (*look_up_group)(const FlatReceivers&, const GroupMap* maps, int count, int size, float* share);
 };
 
 enum class Isa;

@@ -1,6 +1,7 @@
 // The text of the shadow map kernels, included once by each ism_kernels_ISA.cpp, which defines LC_ISA.
 // No include guard on purpose.
 
+#include "cpu/cut/node_lanes.h"
 #include "cpu/simd/ism_kernels.h"
 #include "cpu/simd/lanes.h"
 
@@ -29,11 +30,12 @@ LC_LANES_FN LanesVec3 load_unaligned(const float* x, const float* y, const float
 }  // namespace lightcuts::LC_ISA
 
 #include "cpu/simd/ism_draw_body.h"
+#include "cpu/simd/ism_group_lookup_body.h"
 #include "cpu/simd/ism_lookup_body.h"
 
 namespace lightcuts::LC_ISA {
 
 extern const IsmKernels ism_kernels;
-const IsmKernels ism_kernels{draw, encode16, encode32, look_up};
+const IsmKernels ism_kernels{draw, encode16, encode32, look_up, look_up_group};
 
 }  // namespace lightcuts::LC_ISA

@@ -136,16 +136,6 @@ LC_LANES_FN LanesVec3 to_axes(const MapRecord& map, LanesVec3 v) {
   return {dot(v, broadcast(map.x)), dot(v, broadcast(map.y)), dot(v, broadcast(map.z))};
 }
 
-LC_LANES_FN Mask lanes_of(std::uint32_t bits) {
-#if defined(__AVX512F__)
-  return {BatchBool(static_cast<__mmask16>(bits))};
-#else
-  alignas(64) float ones[Lanes::kCount];
-  for (int i = 0; i < Lanes::kCount; ++i) ones[i] = static_cast<float>(bits >> i & 1u);
-  return Lanes::load(ones) > Lanes(0.5f);
-#endif
-}
-
 template <bool Paraboloid, class Depth>
 LC_LANES_FN void look_up_packet(const ReceiverPacket& receivers, std::uint32_t candidates, const MapRecord& record,
                                 const DepthCodes& map, float* share) {
@@ -157,7 +147,7 @@ LC_LANES_FN void look_up_packet(const ReceiverPacket& receivers, std::uint32_t c
       const LanesVec3 local = to_axes(record, load(receivers.position, first) - broadcast(record.origin));
       const LanesVec3 normal = to_axes(record, load(receivers.ng, first));
       const Lanes asked = look_up_lanes<Paraboloid>(record, local, normal, codes, map.size, lanes);
-      found = select(lanes_of(lanes), asked, found);
+      found = select(Mask{lanes_of(lanes)}, asked, found);
     }
     found.store(share + first);
   }

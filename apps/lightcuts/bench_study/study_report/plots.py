@@ -116,7 +116,7 @@ def frames(axes, report, ours, visibility):
     for method, (colour, label) in FRAME_STYLES.items():
         rows = [r for r in ours if r["method"] == method and r["visibility"] == visibility]
         for maps, style in (("made", "o:" if kept_too else "o-"), ("kept", "o-"), (None, "o-")):
-            said = f"{label}, its maps made too" if maps == "made" and kept_too else label
+            said = f"{label}, maps made too" if maps == "made" and kept_too else label
             curve(axes, [r for r in rows if r["maps"] == maps], "lights", "us", said, colour, style)
     wins = [c for c in report.facts.get("crossings", [])
             if c["visibility"] == visibility and c["fast"] == "cut by packet" and c["lights"]]

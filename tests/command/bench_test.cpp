@@ -47,6 +47,10 @@ TEST(Bench, FinishedMeasurementsAreNotRepeated) {
   const nlohmann::json first = read_json(folder.path / "study.json")["tables"];
   ASSERT_EQ(run_lightcuts(words).status, 0);
   EXPECT_EQ(read_json(folder.path / "study.json")["tables"], first);  // times too, to the last digit
+  std::vector<std::string> longer = words;
+  longer.insert(longer.end(), {"--budget", "5"});
+  ASSERT_EQ(run_lightcuts(longer).status, 0);
+  EXPECT_EQ(read_json(folder.path / "study.json")["tables"], first);  // more time adds what was left out: nothing here
   EXPECT_TRUE(fs::exists(folder.path / "tables" / "table-1.csv"));
 }
 

@@ -112,11 +112,16 @@ def growth(rows, x, y):
     return math.log(rows[-1][y] / rows[0][y]) / math.log(rows[-1][x] / rows[0][x])
 
 
+def how_maps(report):
+    """Whether shadow maps were made in the time of a picture, which is preferred, or only before."""
+    return "made" if report.measured("table-5", maps="made") else "kept"
+
+
 def gains(report):
     """Where both were measured with the most lights: (visibility, lights, seconds of all lights, seconds of a cut by packets)."""
     out = []
     ours = report.measured("table-5")
-    for visibility, maps in (("ism", "made"), ("rays", None), ("none", None)):
+    for visibility, maps in (("ism", how_maps(report)), ("rays", None), ("none", None)):
         rows = [r for r in ours if r["visibility"] == visibility and r["maps"] == maps]
         both = {r["lights"] for r in rows if r["method"] == "all lights"} & {r["lights"] for r in rows if r["method"] == "cut by packet"}
         if both:
@@ -130,7 +135,7 @@ def agreement_on_growth(report):
     last = 2550
     then = growth(report.published("table-5", method="cut by heap, 4096 threads"), "lights", "seconds")
     rows = [r for r in report.measured("table-5", method="cut by packet", visibility="ism") if r["lights"] <= last]
-    now = growth([r for r in rows if r["maps"] == "made"], "lights", "seconds")
+    now = growth([r for r in rows if r["maps"] == how_maps(report)], "lights", "seconds")
     if not now:
         return ""
     return ("\nWe agree that the sum over all lights is linear, that cuts grow more slowly, and that with few lights the sum is faster. "
@@ -159,8 +164,9 @@ def figure_4(report):
     on_cpu = report.data["machine"]["device"].startswith("cpu")
     text += "\nA curve ends where the next point would have taken too long. " + (
         "Time includes making the shadow maps; the study's does not say." if on_cpu else
-        "Time is the device's, once with the shadow maps of the picture before (the study made its maps before, too, as a step "
-        "of its own) and once with everything made anew: points on the surfaces, and the maps of all lights or of those in the cut.")
+        "Time is the device's, with the shadow maps of the picture before (the study made its maps before, too, as a step of its "
+        "own)" + (" and once with everything made anew: points on the surfaces, and the maps of all lights or of those in the cut."
+                  if how_maps(report) == "made" else "."))
     if side and side != 1000:
         text += (f" Our pictures have {side}x{side} pixels here instead of 1000x1000, hence time a pixel; shadow maps "
                  "cost the same for any picture, so a small picture makes them look dearer than they are.")

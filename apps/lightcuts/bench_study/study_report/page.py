@@ -134,6 +134,14 @@ def machine_text(report):
             f"\u201c{report.data['scale']}\u201d")
 
 
+def missing(report, shown):
+    """Says which sections this run has nothing of, so that nobody takes a part for the whole."""
+    names = [title.split(":")[0] for name, title, _, _, _ in SECTIONS if name not in shown]
+    if not report.measured("pictures"):
+        names.append("Pictures")
+    return f"<p><b>This run is not whole.</b> It has nothing of: {html.escape('; '.join(names))}.</p>" if names else ""
+
+
 def command(report):
     """What made this page."""
     backend = "cpu" if report.data["machine"]["device"].startswith("cpu") else "cuda"
@@ -155,7 +163,7 @@ def page(report, shown):
         "<p>In 2010 Clemens Arbesser and Thomas Mühlbacher (Vienna University of Technology) asked whether lightcuts with imperfect "
         "shadow maps are possible and sensible on a graphics card. This page repeats their tables and figures with "
         "<code>lightcuts bench study</code> and goes on where they had to stop.</p>",
-        f"<div class='box'><p>{then}</p><p>{now}</p></div>",
+        f"<div class='box'><p>{then}</p><p>{now}</p></div>", missing(report, shown),
         f"<p><small>{html.escape(machine_text(report))}. {html.escape(check_text)} The study's own room (its cover picture) was never "
         "published; <code>builtin:study</code> stands for it: a closed room of 10 x 5 x 10 m, one lamp, 40 boxes. Figures in grey "
         "italics and rows marked \u201cpublished\u201d are the study's own; everything else was measured in this run. Bars show "

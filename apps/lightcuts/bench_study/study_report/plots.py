@@ -81,9 +81,9 @@ def table_4(report):
         for way, colour in ways.items():
             curve(axes, texels(r for r in ours if r["way"] == way), "texels", "seconds", f"ours: {way}", colour)
         log_log(axes, "texels of the atlas", "seconds")
-        axes.legend()
+        legend_below(axes, 2)
 
-    panels = Panels(5.2, 3.6)
+    panels = Panels(5.2, 4.2)
     panels.add(draw)
     return panels.save(report.plots, "table-4")
 

@@ -5,4 +5,5 @@
 # one; without it the tests of these rooms are skipped. LIGHTCUTS_TEST_REDUCED=1 makes the tests small, for
 # compute-sanitizer. For benchmarks: bin/lightcuts bench.
 set -eu
+[ -e /dev/nvidiactl ] || [ -e /dev/dxg ] || echo "There is no NVIDIA GPU here: what needs one will be skipped."
 exec "$(dirname "$0")/test_cuda" "$@"

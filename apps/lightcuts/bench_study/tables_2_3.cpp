@@ -25,6 +25,7 @@ struct Way {
 
 std::vector<Way> ways() {
   std::vector<Way> all;
+  all.reserve(kMetrics.size() + 2);
   for (const auto& metric : kMetrics) all.push_back({TreeBuilder::agglomerative, metric.value});
   all.push_back({TreeBuilder::ploc, Metric::walter});
   all.push_back({TreeBuilder::morton, Metric::walter});

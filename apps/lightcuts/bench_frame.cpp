@@ -94,14 +94,22 @@ class FrameBench {
     return !result_.complete;
   }
 
-  /// Of --part, the names of scenes; the others are parts of stages' names.
-  [[nodiscard]] std::vector<std::string> scenes_named() const { return parts_that(true); }
-  [[nodiscard]] std::vector<std::string> parts_that(bool name_scenes) const {
+  enum class PartKind { scene, lights, stage };
+  /// Of --part, the names of scenes, numbers of lights, or parts of stages' names.
+  [[nodiscard]] std::vector<std::string> parts_that(PartKind name) const {
     std::vector<std::string> parts;
     for (const std::string& part : request_.parts) {
-      if ((part == "study" || part == "veach-ajar") == name_scenes) parts.push_back(part);
+      const bool number = part.find_first_not_of("0123456789") == std::string::npos;
+      const PartKind kind = part == "study" || part == "veach-ajar" ? PartKind::scene
+                            : number                                ? PartKind::lights
+                                                                    : PartKind::stage;
+      if (kind == name) parts.push_back(part);
     }
     return parts;
+  }
+  [[nodiscard]] bool lights_wanted(std::uint64_t vpls) const {
+    const std::vector<std::string> numbers = parts_that(PartKind::lights);
+    return numbers.empty() || std::find(numbers.begin(), numbers.end(), std::to_string(vpls)) != numbers.end();
   }
   static bool wanted(const std::vector<std::string>& parts, const std::string& name) {
     return parts.empty() || std::any_of(parts.begin(), parts.end(),
@@ -109,7 +117,7 @@ class FrameBench {
   }
 
   void measure_scene(const std::string& name, const std::string& spec) {
-    if (stopped() || !wanted(scenes_named(), name)) return;
+    if (stopped() || !wanted(parts_that(PartKind::scene), name)) return;
     name_ = name;
     Scene scene = open_scene(spec).scene;
     camera_ = select_camera(scene, "");
@@ -136,7 +144,7 @@ class FrameBench {
   }
 
   void measure_stages(std::uint64_t vpls) {
-    if (stopped()) return;
+    if (stopped() || !lights_wanted(vpls)) return;
     vpls_ = vpls;
     time(
         "vpls", [&] { trace(vpls); }, [](const StageTimes& t) { return t.vpls; });
@@ -158,7 +166,7 @@ class FrameBench {
 
   /// The study's numbers of lights, its way of cutting, and its limit on the cut.
   void measure_as_the_study(std::uint64_t vpls) {
-    if (stopped()) return;
+    if (stopped() || !lights_wanted(vpls)) return;
     vpls_ = vpls;
     trace(vpls);
     backend_->build_light_tree({}, {});
@@ -177,7 +185,7 @@ class FrameBench {
 
   /// What packets, heaps and all lights cost, and the tree; all lights up to a quarter of a million, for they grow evenly.
   void measure_curve(std::uint64_t vpls) {
-    if (stopped()) return;
+    if (stopped() || !lights_wanted(vpls)) return;
     vpls_ = vpls;
     trace(vpls);
     time(
@@ -219,7 +227,7 @@ class FrameBench {
   enum class Again { pixels, maps, everything };
 
   void shade(const std::string& stage, const ShadeOptions& o, Again again = Again::pixels) {
-    if (stopped() || !wanted(parts_that(false), stage)) return;
+    if (stopped() || !wanted(parts_that(PartKind::stage), stage)) return;
     Statistics s;
     const auto run = [&] {
       s = {};

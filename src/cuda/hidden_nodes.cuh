@@ -7,7 +7,8 @@
 namespace lightcuts::cuda {
 
 /// The umbras of the occluders that cover most of a group's sky, in the memory that a warp shares: what lies in one of them
-/// is in the cut, but gives nothing and needs no look.
+/// is in the cut, but gives nothing and needs no look. Of umbras that hide no sample of the lights that others do not hide
+/// there are none, for every node is tested against each; as on the CPU.
 template <bool wanted>
 struct Umbras {
   static constexpr int kMost = 32;
@@ -35,10 +36,19 @@ struct Umbras {
     const bool found = own_occluder != kNone &&
                        find_umbra(view.occluders[own_occluder], receivers, view.rounding, view.gap, own) &&
                        (far_lights || touches_box(own, lights));
-    const unsigned finds = __ballot_sync(kAllLanes, found);
+    const unsigned long long hides = found ? hidden_samples(job, own) : 0;
+    unsigned long long hidden = 0;
+    unsigned keeps = 0;
+    for (unsigned left = __ballot_sync(kAllLanes, found); left != 0; left &= left - 1) {
+      const int of = __ffs(static_cast<int>(left)) - 1;
+      const unsigned long long there = __shfl_sync(kAllLanes, hides, of);
+      if (!far_lights && (there & ~hidden) == 0) continue;
+      hidden |= there;
+      keeps |= 1u << of;
+    }
     __syncwarp();
-    if (found) umbra[__popc(finds & ((1u << lane) - 1))] = own;
-    if (lane == 0) count = __popc(finds);
+    if ((keeps >> lane & 1u) != 0) umbra[__popc(keeps & ((1u << lane) - 1))] = own;
+    if (lane == 0) count = __popc(keeps);
     __syncwarp();
   }
 
@@ -52,6 +62,24 @@ struct Umbras {
 
  private:
   static constexpr int kEach = kMostOccluders / 32;
+
+  /// Which of 64 lights of the trees' upper levels lie in an umbra.
+  __device__ static unsigned long long hidden_samples(const CutJob& job, const Umbra& umbra) {
+    constexpr std::uint32_t samples = 64;
+    const TreeView& vpls = job.trees.kind[vpl_kind];
+    const TreeView& points = job.trees.kind[point_kind];
+    const std::uint32_t all = vpls.frontier_count + points.frontier_count;
+    unsigned long long hidden = 0;
+    for (std::uint32_t k = 0; k < min_of(samples, all); ++k) {
+      const std::uint32_t i = all <= samples ? k : k * all / samples;
+      const Vec3 at =
+          i < vpls.frontier_count ? vpls.frontier[i].position : points.frontier[i - vpls.frontier_count].position;
+      bool inside = true;
+      for (const HalfSpace& h : umbra.behind) inside = inside && dot(h.normal, at) + h.offset > 0;
+      hidden |= inside ? 1ull << k : 0ull;
+    }
+    return hidden;
+  }
 
   /// Lane k's is the occluder of the k-th largest weight of all lanes', kNone where that is 0; takes the weights away.
   __device__ static std::uint32_t one_of_the_heaviest(float (&weights)[kEach], int lane) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "cuda/flat_group.cuh"
 #include "kernels/light.h"
 
 namespace lightcuts::cuda {
@@ -72,44 +73,100 @@ __device__ LitVpl load_vpl(const Vpl* lights, const MapSetView& maps, std::uint3
   return lit;
 }
 
-/// Adds what arrives of a VPL's light. `flat`: both of the pixel's normals agree.
-template <class Depth, int Size, bool flat>
-__device__ void add_vpl(const LitPixel& pixel, const LitVpl& lit, int size, float min_distance_sq, Sums& sums) {
-  const Vec3 travel = pixel.position - lit.position;
-  const float cos_light = dot(lit.z, travel), cos_receiver = dot(pixel.ns, travel);  // times the distance
-  const float along = flat ? cos_receiver : dot(pixel.ng, travel);
-  if (!(cos_light > 0 && cos_receiver > 0 && (flat || along > 0))) return;
-  const float distance_sq = length_sq(travel), cosines = cos_light * cos_receiver;
-  float factor =
-      cosines * detail::quick_reciprocal(distance_sq * detail::larger(distance_sq, min_distance_sq) + kTinyDistance4);
-  float share = 1;
-  if (lit.has_map != 0) {
-    MapRecord map;
-    map.steps = lit.steps;
-    map.bias_steps = lit.bias_steps;
-    // From the light itself and not from the map's origin: they differ by rounding.
-    const Vec3 local{dot(travel, lit.x), dot(travel, lit.y), cos_light};
-    const Vec3 normal{dot(pixel.ng, lit.x), dot(pixel.ng, lit.y), dot(pixel.ng, lit.z)};
-    __builtin_assume(__isGlobal(lit.codes));  // or its loads would be those that look for shared memory too
-    share =
-        look_up_facing<Depth, Size>(map, local, normal, distance_sq, along, size, static_cast<const Depth*>(lit.codes));
-  }
-  if (distance_sq < min_distance_sq) {
-    const float unclamped = cosines * detail::quick_reciprocal(distance_sq * distance_sq + kTinyDistance4);
-    sums.block_lost += luminance(lit.intensity) * ((unclamped - factor) * share);
-  }
-  factor *= share;
+__device__ MapRecord map_of(const LitVpl& lit) {
+  MapRecord map;
+  map.origin =
+      lit.position;  // and not from the map's own, or cosines had to be computed twice: they differ by rounding
+  map.steps = lit.steps;
+  map.x = lit.x;
+  map.bias_steps = lit.bias_steps;
+  map.y = lit.y;
+  map.half_width = 0;
+  map.z = lit.z;
+  map.rim_sq = 1;
+  return map;
+}
+
+/// What all pixels of a warp get of a VPL's light, or kEachItsOwn; 0 where it lies behind their surface.
+/// @param group  of the pixels, with the normal turned away from the light's side
+template <class Depth, int Size>
+__device__ float share_of_warp(const FlatReceivers& group, bool flat, const LitVpl& lit, int size) {
+  const float along = dot(group.ng, group.middle - lit.position);
+  if (flat && along < -(2 * kFlatness * group.reach + 1e-6f * length(group.middle))) return 0;
+  if (lit.has_map == 0) return 1;
+  __builtin_assume(__isGlobal(lit.codes));
+  return look_up_group<Depth, Size>(map_of(lit), group, size, static_cast<const Depth*>(lit.codes));
+}
+
+__device__ float positive(float v) { return fmaxf(v, 0.0f); }
+
+/// What arrives at a pixel of a VPL's light before anything hides it, and how.
+struct Arriving {
+  Vec3 travel;      ///< from the light [m]
+  float cos_light;  ///< times the distance
+  float along;      ///< the geometric normal and the way, times the distance
+  float distance_sq, factor;
+};
+
+/// `flat`: both of the pixel's normals agree. A factor of 0 where no light arrives.
+template <bool flat>
+__device__ Arriving arriving(const LitPixel& pixel, const LitVpl& lit, float min_distance_sq) {
+  Arriving a;
+  a.travel = pixel.position - lit.position;
+  a.cos_light = dot(lit.z, a.travel);
+  const float cos_receiver = dot(pixel.ns, a.travel);
+  a.along = flat ? cos_receiver : dot(pixel.ng, a.travel);
+  a.distance_sq = length_sq(a.travel);
+  const float cosines = flat || a.along > 0 ? positive(a.cos_light) * positive(cos_receiver) : 0.0f;
+  a.factor = cosines * lightcuts::detail::quick_reciprocal(
+                           a.distance_sq * lightcuts::detail::larger(a.distance_sq, min_distance_sq) + kTinyDistance4);
+  return a;
+}
+
+__device__ void add_share(const LitVpl& lit, const Arriving& a, float share, float min_distance_sq, Sums& sums) {
+  const float factor = a.factor * share;
   sums.block.x = fmaf(lit.intensity.x, factor, sums.block.x);
   sums.block.y = fmaf(lit.intensity.y, factor, sums.block.y);
   sums.block.z = fmaf(lit.intensity.z, factor, sums.block.z);
+  if (a.distance_sq < min_distance_sq) {
+    // What the clamp takes: the factor without it is as many times larger.
+    const float clamped = a.distance_sq * min_distance_sq + kTinyDistance4;
+    const float whole = a.distance_sq * a.distance_sq + kTinyDistance4;
+    sums.block_lost += luminance(lit.intensity) * (factor * (clamped / whole - 1));
+  }
 }
 
-/// The lights of a tile; those beyond its end have no axis, so that they do nothing.
+/// The lights of a tile of which anything arrives. Each lane first looks at one of them for all of the warp's pixels; then those
+/// are added of which the share is known, two at a time, and those that each pixel has to look at.
 template <class Depth, int Size, bool flat>
-__device__ void add_tile(const LitPixel& pixel, const LitVpl* tile, int size, float min_distance_sq, Sums& sums) {
-#pragma unroll 4
-  for (std::uint32_t i = 0; i < kTileLights; ++i) {
-    add_vpl<Depth, Size, flat>(pixel, tile[i], size, min_distance_sq, sums);
+__device__ void add_tile(const LitPixel& pixel, const FlatReceivers& group, const LitVpl* tile, std::uint32_t count,
+                         int size, float min_distance_sq, Sums& sums) {
+  const std::uint32_t lane = threadIdx.x % 32;
+  const float own = lane < count ? share_of_warp<Depth, Size>(group, flat, tile[lane], size) : 0.0f;
+  const auto take = [](unsigned& left) {
+    const int i = __ffs(static_cast<int>(left)) - 1;
+    left &= left - 1;
+    return i;
+  };
+  for (unsigned known = __ballot_sync(kAllLanes, own > 0); known != 0;) {
+    const int i = take(known), j = known != 0 ? take(known) : -1;
+    const LitVpl &first = tile[i], &second = tile[j < 0 ? i : j];
+    const float share = __shfl_sync(kAllLanes, own, i), other = j < 0 ? 0.0f : __shfl_sync(kAllLanes, own, j);
+    const Arriving a = arriving<flat>(pixel, first, min_distance_sq);
+    const Arriving b = arriving<flat>(pixel, second, min_distance_sq);
+    add_share(first, a, share, min_distance_sq, sums);
+    add_share(second, b, other, min_distance_sq, sums);
+  }
+  for (unsigned left = __ballot_sync(kAllLanes, own < 0); left != 0;) {
+    const LitVpl& lit = tile[take(left)];
+    const Arriving a = arriving<flat>(pixel, lit, min_distance_sq);
+    if (!(a.factor > 0)) continue;
+    const Vec3 local{dot(a.travel, lit.x), dot(a.travel, lit.y), a.cos_light};
+    const Vec3 normal{dot(pixel.ng, lit.x), dot(pixel.ng, lit.y), dot(pixel.ng, lit.z)};
+    __builtin_assume(__isGlobal(lit.codes));  // or its loads would be those that look for shared memory too
+    const float share = look_up_facing<Depth, Size>(map_of(lit), local, normal, a.distance_sq, a.along, size,
+                                                    static_cast<const Depth*>(lit.codes));
+    add_share(lit, a, share, min_distance_sq, sums);
   }
 }
 
@@ -118,6 +175,7 @@ __global__ void __launch_bounds__(kThreads, 10)
     sum_vpls_kernel(PixelView pixels, std::uint32_t slots, const Vpl* __restrict__ lights, std::uint32_t first,
                     std::uint32_t last, MapSetView maps, float min_distance_sq, SumView out) {
   __shared__ __align__(16) unsigned char storage[kTileLights * sizeof(LitVpl)];
+  __shared__ FlatReceivers groups[kThreads / 32];
   auto* const tile = reinterpret_cast<LitVpl*>(storage);
   const std::uint32_t slot = blockIdx.x * kThreads + threadIdx.x;
   const bool inside = slot < slots;
@@ -128,17 +186,27 @@ __global__ void __launch_bounds__(kThreads, 10)
     sums.total = out.light[slot];
     sums.lost = out.lost[slot];
   }
-  const bool flat = __all_sync(~0u, pixel.ns == pixel.ng) != 0;
+  const bool seen = !(pixel.ns == Vec3{});
+  const bool flat = __all_sync(kAllLanes, pixel.ns == pixel.ng) != 0;
+  const unsigned seeing = __ballot_sync(kAllLanes, seen);
+  FlatReceivers& group = groups[threadIdx.x / 32];
+  {
+    const FlatReceivers of_all = flat_receivers(seeing == 0 ? kAllLanes : seeing, pixel.position, pixel.ng);
+    if (threadIdx.x % 32 == 0) group = of_all;
+  }
   for (std::uint32_t begin = first; begin < last; begin += kTileLights) {
     __syncthreads();
     if (threadIdx.x < kTileLights) {
       tile[threadIdx.x] = begin + threadIdx.x < last ? load_vpl<Depth>(lights, maps, begin + threadIdx.x) : LitVpl{};
     }
     __syncthreads();
-    if (flat) {
-      add_tile<Depth, Size, true>(pixel, tile, maps.size, min_distance_sq, sums);
-    } else {
-      add_tile<Depth, Size, false>(pixel, tile, maps.size, min_distance_sq, sums);
+    if (seeing != 0) {
+      const std::uint32_t count = min_of(kTileLights, last - begin);
+      if (flat) {
+        add_tile<Depth, Size, true>(pixel, group, tile, count, maps.size, min_distance_sq, sums);
+      } else {
+        add_tile<Depth, Size, false>(pixel, group, tile, count, maps.size, min_distance_sq, sums);
+      }
     }
     if ((begin + kTileLights - first) % kBlockLights == 0) sums.close_block();
   }

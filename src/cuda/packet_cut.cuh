@@ -1,12 +1,15 @@
 #pragma once
 
+#include <algorithm>
+
 #include "cuda/tile_cut.cuh"
 
 namespace lightcuts::cuda {
 
 inline constexpr int kCutThreads = 64, kCutBlocks = 10;
-inline constexpr int kTeam = 16;      ///< warps for a tile that is too much for one, or
-inline constexpr int kSmallTeam = 4;  ///< where shared memory is scarce
+inline constexpr int kTeam = 16;       ///< warps of a block for a tile that is too much for one, or
+inline constexpr int kSmallTeam = 4;   ///< where shared memory is scarce
+inline constexpr int kCrewBlocks = 8;  ///< blocks for a tile that is too much for one
 static_assert(kTreeParts % (32 * kTeam) == 0 && kTreeParts % (32 * kSmallTeam) == 0);
 
 /// One warp a tile; tiles that are too much for one are left, by their places in the list.
@@ -20,47 +23,96 @@ __global__ void __launch_bounds__(kCutThreads, kCutBlocks)
   const TileOutcome outcome = TileCut<Visibility, listing>(job, visibility, cuts, spaces)
                                   .run(pixels, sums, tile * kTilePixels + threadIdx.x % 32);
   if (threadIdx.x % 32 != 0) return;
-  if (outcome == TileOutcome::heavy) cuts.heavy[atomicAdd(cuts.heavy_count, 1u)] = tile;
+  if (outcome == TileOutcome::heavy) cuts.left.add(tile);
   if (outcome == TileOutcome::missed) list.missed.add(tile);
 }
 
 /// One block a tile, for those that packet_kernel left.
 template <class Visibility, bool listing>
 __global__ void __launch_bounds__(kTeam * 32)
-    team_kernel(Visibility visibility, PixelView pixels, CutJob job, TileList list, SumView sums, CutView cuts) {
+    team_kernel(Visibility visibility, PixelView pixels, CutJob job, TileQueue queue, MissedList missed, SumView sums,
+                CutView cuts) {
   extern __shared__ __align__(16) unsigned char shared[];
   auto* const spaces = reinterpret_cast<WarpSpace<Visibility>*>(shared);
-  const std::uint32_t count = *cuts.heavy_count;
-  for (std::uint32_t i = blockIdx.x; i < count; i += gridDim.x) {
-    const std::uint32_t tile = cuts.heavy[i];
-    const TileOutcome outcome = TileCut<Visibility, listing, true>(job, visibility, cuts, spaces)
+  __shared__ std::uint32_t next;
+  while (true) {
+    if (threadIdx.x == 0) next = atomicAdd(&queue.counts[1], 1u);
+    __syncthreads();
+    if (next >= queue.counts[0]) return;
+    const std::uint32_t tile = queue.tiles[next];
+    const TileOutcome outcome = TileCut<Visibility, listing, Crew::block>(job, visibility, cuts, spaces)
                                     .run(pixels, sums, tile * kTilePixels + threadIdx.x % 32);
-    if (threadIdx.x == 0 && outcome == TileOutcome::missed) list.missed.add(tile);
+    if (threadIdx.x == 0 && outcome == TileOutcome::heavy) cuts.left.add(tile);
+    if (threadIdx.x == 0 && outcome == TileOutcome::missed) missed.add(tile);
     __syncthreads();
   }
 }
 
-/// Starts both kernels for the tiles of a list.
+/// Some blocks a tile, for those that team_kernel left; all blocks must be resident at once.
+/// @param board, arrivals  as class Meeting wants them, for each crew
+template <class Visibility, bool listing>
+__global__ void __launch_bounds__(kTeam * 32)
+    crew_kernel(Visibility visibility, PixelView pixels, CutJob job, TileQueue queue, MissedList missed, SumView sums,
+                CutView cuts, int blocks, unsigned long long* board, unsigned* arrivals) {
+  extern __shared__ __align__(16) unsigned char shared[];
+  auto* const spaces = reinterpret_cast<WarpSpace<Visibility>*>(shared);
+  const auto crew = blockIdx.x / static_cast<unsigned>(blocks), crews = gridDim.x / static_cast<unsigned>(blocks);
+  Meeting meeting(board + crew * Meeting::board_words(static_cast<std::size_t>(blocks)), arrivals + crew, blocks,
+                  static_cast<int>(blockIdx.x % static_cast<unsigned>(blocks)));
+  const std::uint32_t count = queue.counts[0];
+  for (std::uint32_t i = crew; i < count; i += crews) {
+    const std::uint32_t tile = queue.tiles[i];
+    const TileOutcome outcome = TileCut<Visibility, listing, Crew::blocks>(job, visibility, cuts, spaces, &meeting)
+                                    .run(pixels, sums, tile * kTilePixels + threadIdx.x % 32);
+    if (meeting.rank() == 0 && threadIdx.x == 0 && outcome == TileOutcome::missed) missed.add(tile);
+    __syncthreads();
+  }
+}
+
+/// Starts the kernels for the tiles of a list.
 template <bool listing, class Visibility>
 void start_packets(Device& device, const Visibility& see, const PixelView& pixels, const CutJob& job,
                    const TileList& list, const SumView& sums, const CutView& cuts) {
   if (list.count == 0) return;
   constexpr std::uint32_t warps = kCutThreads / 32;
-  const std::uint32_t blocks = (list.count + warps - 1) / warps;
-  DeviceBuffer<std::uint32_t> heavy(device, list.count), heavy_count(device, 1);
-  heavy_count.fill_bytes(0);
+  DeviceBuffer<std::uint32_t> left(device, 2 * std::size_t{list.count}), counts(device, 4);
+  counts.fill_bytes(0);
+  TileQueue for_blocks{left.data(), counts.data()}, for_crews{left.data() + list.count, counts.data() + 2};
   CutView view = cuts;
-  view.heavy = heavy.data();
-  view.heavy_count = heavy_count.data();
-  packet_kernel<Visibility, listing><<<blocks, kCutThreads, 0, device.stream()>>>(see, pixels, job, list, sums, view);
+  view.left = for_blocks;
+  packet_kernel<Visibility, listing>
+      <<<(list.count + warps - 1) / warps, kCutThreads, 0, device.stream()>>>(see, pixels, job, list, sums, view);
   check(cudaGetLastError(), "cutting light trees");
+
   const auto team = team_kernel<Visibility, listing>;
+  const auto crew = crew_kernel<Visibility, listing>;
   constexpr int each = static_cast<int>(sizeof(WarpSpace<Visibility>));
-  const int warps_of_team = kTeam * each <= device.shared_memory() ? kTeam : kSmallTeam, bytes = warps_of_team * each;
+  const int team_warps = kTeam * each + 1024 <= device.shared_memory() ? kTeam : kSmallTeam, bytes = team_warps * each;
   check(cudaFuncSetAttribute(team, cudaFuncAttributeMaxDynamicSharedMemorySize, bytes), "setting up a kernel");
-  const auto grid = static_cast<unsigned>(2 * device.multiprocessors());
-  team<<<grid, warps_of_team * 32, bytes, device.stream()>>>(see, pixels, job, list, sums, view);
+  check(cudaFuncSetAttribute(crew, cudaFuncAttributeMaxDynamicSharedMemorySize, bytes), "setting up a kernel");
+  const int multiprocessors = device.multiprocessors();
+  view.left = for_crews;
+  team<<<static_cast<unsigned>(2 * multiprocessors), team_warps * 32, bytes, device.stream()>>>(
+      see, pixels, job, for_blocks, list.missed, sums, view);
   check(cudaGetLastError(), "cutting light trees");
+
+  int blocks = std::min(kCrewBlocks, multiprocessors);
+  const int crews = multiprocessors / blocks;
+  DeviceBuffer<unsigned long long> board(device, crews * Meeting::board_words(static_cast<std::size_t>(blocks)));
+  DeviceBuffer<unsigned> arrivals(device, static_cast<std::size_t>(crews));
+  arrivals.fill_bytes(0);
+  unsigned long long* boards = board.data();
+  unsigned* arrived = arrivals.data();
+  Visibility seen = see;
+  PixelView pixel_view = pixels;
+  CutJob cut_job = job;
+  MissedList missed = list.missed;
+  SumView sum_view = sums;
+  void* arguments[] = {&seen, &pixel_view, &cut_job, &for_crews, &missed, &sum_view, &view, &blocks, &boards, &arrived};
+  check(cudaLaunchCooperativeKernel(crew, dim3(static_cast<unsigned>(crews * blocks)),
+                                    dim3(static_cast<unsigned>(team_warps * 32)), arguments,
+                                    static_cast<std::size_t>(bytes), device.stream()),
+        "cutting light trees");
 }
 
 /// As cut_by_packets without shadow rays, and lists the nodes: for tests.

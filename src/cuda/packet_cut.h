@@ -30,6 +30,15 @@ struct CutListing {
   bool own_cuts = false;  ///< as where looking at a light is dear
 };
 
+/// Tiles to be lit by a larger crew, in no order.
+struct TileQueue {
+  std::uint32_t* tiles = nullptr;   ///< with room for all
+  std::uint32_t* counts = nullptr;  ///< how many there are, and how many of them were taken
+#if defined(__CUDACC__)
+  __device__ void add(std::uint32_t tile) const { tiles[atomicAdd(&counts[0], 1u)] = tile; }
+#endif
+};
+
 /// What a cut leaves of each pixel, beside SumView.
 struct CutView {
   std::uint32_t* size;          ///< nodes; 0 where nothing is seen
@@ -38,9 +47,7 @@ struct CutView {
   CutCounts* counts;            ///< null: not wanted
   std::uint32_t* used[kKinds];  ///< a bit a light that represents a node of some cut; null: not wanted
   CutListing listing = {};      ///< only without shadow rays
-  // Tiles that are left to a team of warps: room for all of them; null: none are left.
-  std::uint32_t* heavy = nullptr;
-  std::uint32_t* heavy_count = nullptr;
+  TileQueue left = {};          ///< for tiles that are left to a larger crew; without memory: none are left
 };
 
 /// Receives the numbers of what has to be lit again, for want of shadow maps; in no order.
@@ -63,6 +70,9 @@ struct TileList {
   }
 };
 
+/// Where the light of nodes is looked at, the test of one costs more and crews pay earlier.
+inline constexpr std::uint32_t kHeavyVisits = 16384, kHeavyVisitsInShadow = 8192;
+
 /// What cuts work on.
 struct CutJob {
   TreeViews trees;
@@ -70,8 +80,9 @@ struct CutJob {
   float min_distance = 0;  ///< clamp of the VPL singularity [m]
   float error = 0.02f;     ///< bound on each node relative to the pixel's total
   std::uint32_t max_cut = 0;
-  /// Node tests after which a tile is left to a team of warps: where hardly any light arrives, cuts have very many nodes.
-  std::uint32_t heavy_visits = 16384;
+  /// Node tests of a warp after which a tile is left to a larger crew: where hardly any light arrives, cuts have very many
+  /// nodes.
+  std::uint32_t heavy_visits = kHeavyVisits;
   /// What hides lights for certain, and the box around the scene; none without shadows.
   const Occluder* occluders = nullptr;
   std::uint32_t occluder_count = 0;
@@ -84,8 +95,8 @@ struct CutJob {
 /// against the group's box, cone of normals and smallest threshold; nodes whose bound is small enough for all of its
 /// pixels go to a list, and when that is full each lane sums the list for its pixel. Thresholds come from an estimate of
 /// the pixels' totals by the trees' upper levels; pixels whose total then turns out too small for the largest bound walk
-/// again, so in the end the promise holds for each. Tiles that test very many nodes are left to a block each, whose warps
-/// share the trees' parts. Sums are in a fixed order.
+/// again, so in the end the promise holds for each. Tiles that test very many nodes are left to a block each, and those that
+/// are too much for that to several blocks, whose warps share the trees' parts. Sums are in a fixed order.
 void cut_by_packets(Device& device, const TracedScene& traced, const PixelView& pixels, const CutJob& job,
                     bool shadow_rays, std::uint32_t first, std::uint32_t last, const SumView& sums,
                     const CutView& cuts);

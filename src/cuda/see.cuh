@@ -45,19 +45,23 @@ __device__ inline Ray shadow_ray_to(Vec3 from, const StagedLight& light) {
 // --- Ways to see lights ---
 //
 // `shadows`: looking at a light costs more than its bound. `own_cuts`: so much more that every pixel of a group tests the
-// nodes that the group as a whole refuses. `traces`: looks are counted as rays. `Staged`: what is read of a light once for
-// all pixels of a tile.
+// nodes that the group as a whole refuses. `traces`: looks are counted as rays. `Group`: what is known of a group's pixels.
+// `Staged`: what is read, and seen, of a light once for all of them.
 
 /// All light arrives.
 struct SeeAll {
   static constexpr bool shadows = false, own_cuts = false, traces = false;
-  struct Staged {};
+  struct Group {};
+  struct Staged {
+    static constexpr float share = 1;
+  };
+  __device__ static Group group(unsigned, Vec3, Vec3) { return {}; }
   template <int kind>
-  __device__ bool stage(std::uint32_t, Staged&) const {
+  __device__ bool stage(std::uint32_t, float, Staged&) const {
     return true;
   }
   template <int kind>
-  __device__ void prefetch(const Staged&, Vec3) const {}
+  __device__ void look(const Group&, Staged&) const {}
   template <int kind>
   __device__ float share(const Receiver<FastFloat>&, Vec3, const StagedLight&, const Staged&) const {
     return 1;
@@ -67,14 +71,20 @@ struct SeeAll {
 /// Exact shadow rays.
 struct SeeByRays {
   static constexpr bool shadows = true, own_cuts = true, traces = true;
-  struct Staged {};
+  struct Group {};
+  struct Staged {
+    static constexpr float share = -1;
+    unsigned asks, sees;   ///< pixels that trace a ray to the light, and those that it reaches
+    std::uint32_t before;  ///< rays to the lights before it
+  };
   DeviceTracer tracer;
+  __device__ static Group group(unsigned, Vec3, Vec3) { return {}; }
   template <int kind>
-  __device__ bool stage(std::uint32_t, Staged&) const {
+  __device__ bool stage(std::uint32_t, float, Staged&) const {
     return true;
   }
   template <int kind>
-  __device__ void prefetch(const Staged&, Vec3) const {}
+  __device__ void look(const Group&, Staged&) const {}
   template <int kind>
   __device__ float share(const Receiver<FastFloat>&, Vec3 from, const StagedLight& light, const Staged&) const {
     return tracer.occluded(shadow_ray_to<kind>(from, light)) ? 0.0f : 1.0f;

@@ -1,65 +1,61 @@
 #pragma once
 
+#include "cuda/flat_group.cuh"
 #include "cuda/light_maps.h"
 #include "cuda/see.cuh"
-#include "kernels/map_lookup.h"
 
 namespace lightcuts::cuda {
 
-/// Imperfect shadow maps, as far as there are any: a light whose map is missing is marked as wanted and counts as if all
-/// of it arrived.
+/// Imperfect shadow maps, as far as there are any: a light whose map is missing is marked as wanted.
 ///
 /// @tparam Size  of maps, 0: as they say
 template <class Depth, int Size>
 struct SeeByMaps {
   static constexpr bool shadows = true, own_cuts = false, traces = false;
-  struct alignas(16) Staged {
-    MapRecord map;
+  using Group = FlatReceivers;
+  struct Staged {
     std::uint32_t slot, row;
+    float share;  ///< of all pixels of the group, or kEachItsOwn
   };
   MapSetView maps;
   WantedMaps wanted;
   ShareTable table = {};
 
-  /// False where the light's map is missing.
+  __device__ static Group group(unsigned lanes, Vec3 position, Vec3 ng) { return flat_receivers(lanes, position, ng); }
+
+  /// False where the light's map is missing: then a share of `guess` is taken to arrive.
   template <int kind>
-  __device__ bool stage(std::uint32_t light, Staged& staged) const {
+  __device__ bool stage(std::uint32_t light, float guess, Staged& staged) const {
     staged.slot = slot_of<kind>(light);
-    if (staged.slot == kNone) {
-      staged.row = table.row(kind, light);
-      if (staged.row == kNone) wanted.mark(kind, light);
-      return staged.row != kNone;
-    }
-    staged.map = maps.records[staged.slot];
-    return true;
+    staged.row = kNone;
+    staged.share = kEachItsOwn;
+    if (staged.slot != kNone) return true;
+    staged.row = table.row(kind, light);
+    if (staged.row != kNone) return true;
+    wanted.mark(kind, light);
+    staged.share = guess;
+    return false;
   }
 
-  /// Asks for the texels that a place will look at, ahead of time; pixels near it look at about the same ones.
+  /// Looks at a light for all pixels of a group at once, where that can be done.
   template <int kind>
-  __device__ void prefetch(const Staged& staged, Vec3 from) const {
-    if (kind == directional_kind || staged.slot == kNone) return;
-    const int size = Size > 0 ? Size : maps.size;
-    const Vec3 local = to_map(staged.map, from);
-    const float half = 0.5f * static_cast<float>(size);
-    const float scale = half / fmaxf(sqrtf(dot(local, local)) + local.z, 1e-30f);
-    const auto texel = [&](float at) { return min_of(max_of(static_cast<int>(at * scale + half), 1), size - 2); };
-    const int x = texel(local.x), y = texel(local.y);
-    const Depth* const codes =
-        static_cast<const Depth*>(maps.codes) + static_cast<std::size_t>(staged.slot) * (size * size);
-    for (int row = y - 1; row <= y + 1; ++row) {
-      asm volatile("prefetch.global.L2 [%0];" ::"l"(codes + row * size + x));
-    }
+  __device__ void look(const Group& group, Staged& staged) const {
+    if (kind != vpl_kind || staged.slot == kNone) return;
+    const MapRecord map = maps.records[staged.slot];
+    staged.share = look_up_group<Depth, Size>(map, group, maps.size, codes_of(staged.slot));
   }
 
   template <int kind>
   __device__ float share(const Receiver<FastFloat>& receiver, Vec3 from, const StagedLight& light,
                          const Staged& staged) const {
-    if (staged.slot == kNone) return staged.row == kNone ? 1.0f : table.share(staged.row, threadIdx.x % 32);
+    if (staged.share >= 0) return staged.share;
+    if (staged.slot == kNone) return table.share(staged.row, threadIdx.x % 32);
     const Vec3 ng{receiver.ng.x.value, receiver.ng.y.value, receiver.ng.z.value};
-    if (kind == point_kind && light.cos_outer < 0 && dot(from - staged.map.origin, staged.map.z) < 0) {
+    const MapRecord map = maps.records[staged.slot];
+    if (kind == point_kind && light.cos_outer < 0 && dot(from - map.origin, map.z) < 0) {
       return look_up<true>(staged.slot + 1, maps.records[staged.slot + 1], from, ng);
     }
-    return look_up<kind != directional_kind>(staged.slot, staged.map, from, ng);
+    return look_up<kind != directional_kind>(staged.slot, map, from, ng);
   }
 
  private:
@@ -67,11 +63,13 @@ struct SeeByMaps {
   __device__ std::uint32_t slot_of(std::uint32_t light) const {
     return (kind == vpl_kind ? maps.vpl_slots : kind == point_kind ? maps.point_slots : maps.directional_slots)[light];
   }
+  __device__ const Depth* codes_of(std::uint32_t slot) const {
+    const int size = Size > 0 ? Size : maps.size;
+    return static_cast<const Depth*>(maps.codes) + static_cast<std::size_t>(slot) * (size * size);
+  }
   template <bool paraboloid>
   __device__ float look_up(std::uint32_t slot, const MapRecord& map, Vec3 from, Vec3 ng) const {
-    const int size = Size > 0 ? Size : maps.size;
-    const Depth* const codes = static_cast<const Depth*>(maps.codes) + static_cast<std::size_t>(slot) * (size * size);
-    return look_up_map<Depth, paraboloid, Size>(map, to_map(map, from), ng, size, codes);
+    return look_up_map<Depth, paraboloid, Size>(map, to_map(map, from), ng, maps.size, codes_of(slot));
   }
 };
 

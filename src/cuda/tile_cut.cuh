@@ -1,5 +1,6 @@
 #pragma once
 
+#include "cuda/crew.cuh"
 #include "cuda/hidden_nodes.cuh"
 #include "cuda/packet_cut.h"
 #include "cuda/see.cuh"
@@ -23,7 +24,7 @@ __device__ inline float group_bound(const ReceiverGroup<FastFloat>& group, const
 
 // --- The walk of a warp ---
 
-inline constexpr int kStack = 320;   ///< nodes to go below
+inline constexpr int kStack = 256;   ///< nodes to go below
 inline constexpr int kChosen = 256;  ///< nodes that are summed together, in single precision
 
 /// A node and the pixels that it concerns.
@@ -40,19 +41,17 @@ struct WarpSpace {
   PixelsNode stack[kStack];              ///< first children of the nodes to go below
   PixelsNode chosen[kChosen];
   Umbras<Visibility::shadows> umbras;
+  typename Visibility::Group group;
 };
 
-/// What a warp of a team found for a pixel; it lies in the warp's `lights`.
-struct TeamPart {
-  Vec3T<double> light;
-  double lost;
-  std::uint32_t found, rays;
-  float largest, own_largest;
-};
-static_assert(sizeof(TeamPart) <= sizeof(StagedLight));
+static_assert(sizeof(CrewPart) <= sizeof(StagedLight));  // a warp leaves its part in `lights`
 
-/// A threshold of the first walk relative to the estimate, and of the next ones, once a cut's total is known.
-inline constexpr float kFirstCaution = 0.9f, kNextCaution = 0.98f;
+/// A threshold of the first walk relative to the estimate. Where looking is dear, few nodes first tell the total better, for
+/// too low a threshold cannot be taken back.
+template <bool traces>
+inline constexpr float kFirstCaution = traces ? 4.0f : 0.9f;
+/// The same of the next walks, once a cut's total is known.
+inline constexpr float kNextCaution = 0.98f;
 /// A threshold sinks at most by this factor from one walk to the next.
 inline constexpr float kLargestDrop = 16;
 /// Walks after which a threshold is 0: every light counts by itself, which keeps any promise.
@@ -63,24 +62,28 @@ inline constexpr int kMostGroups = 4;
 /// What became of a tile: lit; left as too much for one warp; left because lights could not be looked at (maps missing).
 enum class TileOutcome : std::uint8_t { lit, heavy, missed };
 
-/// A warp lights a tile's 32 pixels; or a team of warps, one block, of which each walks its own parts of the trees and all
-/// come to the same sums and decisions.
+/// Lights a tile's 32 pixels, one a lane of each warp of the crew.
 ///
 /// Where Visibility::own_cuts, a node that the group as a whole refuses is tested for each pixel too: every pixel has a
 /// cut of its own then.
-template <class Visibility, bool listing = false, bool teamed = false>
+template <class Visibility, bool listing = false, Crew crew = Crew::warp>
 class TileCut {
-  static constexpr bool kOwnCuts = Visibility::own_cuts;
+  static constexpr bool kOwnCuts = Visibility::own_cuts, kTeamed = crew != Crew::warp;
   using Space = WarpSpace<Visibility>;
 
  public:
-  __device__ TileCut(const CutJob& job, const Visibility& visibility, const CutView& cuts, Space* spaces)
+  /// @param meeting  of the crew's blocks, if they are several
+  __device__ TileCut(const CutJob& job, const Visibility& visibility, const CutView& cuts, Space* spaces,
+                     Meeting* meeting = nullptr)
       : job_(job),
         visibility_(visibility),
         cuts_(cuts),
         spaces_(spaces),
         space_(spaces[threadIdx.x / 32]),
-        warp_(static_cast<int>(threadIdx.x / 32)),
+        meeting_(meeting),
+        warp_(kTeamed
+                  ? static_cast<int>(threadIdx.x / 32) + (crew == Crew::blocks ? meeting->rank() * block_warps() : 0)
+                  : 0),
         lane_(static_cast<int>(threadIdx.x % 32)) {}
 
   /// Nothing is written of a tile that is left.
@@ -95,17 +98,16 @@ class TileCut {
     unsigned waiting = __ballot_sync(kAllLanes, lit);
     mine_ = lit;
     float total = waiting != 0 ? estimate() : 0;
-    if (teamed && warp_ > 0) rays_ = pairs_ = 0;  // every warp made the same estimate
     for (int number = 1; waiting != 0; ++number) {
       const unsigned group = number < kMostGroups ? like_first(waiting, position, ns) : waiting;
       waiting &= ~group;
       light_group(group, total);
       ++groups_;
-      if (too_heavy()) return TileOutcome::heavy;
+      if (heavy_) return TileOutcome::heavy;
     }
     if (missed_) return TileOutcome::missed;
     if (cuts_.counts != nullptr) add_counts();
-    if (teamed && warp_ > 0) return TileOutcome::lit;
+    if (kTeamed && warp_ > 0) return TileOutcome::lit;
     if (lit) {
       sums.light[slot] += light_;
       sums.lost[slot] += lost_;
@@ -120,19 +122,25 @@ class TileCut {
  private:
   // --- What the pixels get ---
 
-  __device__ bool too_heavy() const { return !teamed && cuts_.heavy != nullptr && visits_ > job_.heavy_visits; }
+  /// Of what this warp has visited; the tile is then left to a larger crew.
+  __device__ bool too_heavy() const {
+    return crew != Crew::blocks && cuts_.left.tiles != nullptr && visits_ > job_.heavy_visits;
+  }
 
   /// Adds a light of the list, as far as it arrives.
   /// @param wanted  the pixel has this light in its cut
   template <int kind>
   __device__ void add_seen(const StagedLight& light, const typename Visibility::Staged& seen, bool wanted) {
+    if (seen.share == 0) return;
     const LightFactor f = factor_of<kind>(receiver_, light, job_.min_distance * job_.min_distance);
     float share = 1;
     if constexpr (Visibility::shadows) {
       share = 0;
-      if (wanted && f.unclamped > 0) {
+      if constexpr (Visibility::traces) {
+        share = static_cast<float>(seen.sees >> lane_ & 1u);
+        rays_ += seen.asks >> lane_ & 1u;
+      } else if (wanted && f.unclamped > 0) {
         share = visibility_.template share<kind>(receiver_, position_, light, seen);
-        if (Visibility::traces) ++rays_;
       }
     }
     add<kind>(light, f, share);
@@ -157,6 +165,11 @@ class TileCut {
     block_lost_ = 0;
   }
 
+  /// A block has those of its first warp.
+  __device__ Umbras<Visibility::shadows>& umbras() const { return kTeamed ? spaces_[0].umbras : space_.umbras; }
+
+  __device__ Vec3 ng() const { return {receiver_.ng.x.value, receiver_.ng.y.value, receiver_.ng.z.value}; }
+
   /// Luminance of what a pixel reflects, times pi.
   __device__ float total_of(Vec3T<double> light) const {
     const double total = weights_.x * light.x + weights_.y * light.y + weights_.z * light.z;
@@ -168,11 +181,12 @@ class TileCut {
   template <int kind>
   __device__ void add_frontier() {
     const TreeView& tree = job_.trees.kind[kind];
-    for (std::uint32_t i = 0; i < tree.frontier_count; ++i) {
+    const auto step = static_cast<std::uint32_t>(crew_warps());
+    for (auto i = static_cast<std::uint32_t>(warp_); i < tree.frontier_count; i += step) {
       const StagedLight light = tree.frontier[i];
       add<kind>(light, factor_of<kind>(receiver_, light, job_.min_distance * job_.min_distance), 1);
     }
-    pairs_ += tree.frontier_count;
+    if (warp_ == 0) pairs_ += tree.frontier_count;
   }
 
   /// A quarter of the upper level, each light from a quarter of the pixels: seen with and without shadows.
@@ -180,7 +194,8 @@ class TileCut {
   __device__ void sample_frontier(float& offered, float& arrived) {
     const TreeView& tree = job_.trees.kind[kind];
     const std::uint32_t step = tree.frontier_count >= 32 ? 4 : 1;
-    for (std::uint32_t i = 0; i < tree.frontier_count; i += step) {
+    const auto warps = static_cast<std::uint32_t>(crew_warps());
+    for (std::uint32_t i = static_cast<std::uint32_t>(warp_) * step; i < tree.frontier_count; i += step * warps) {
       const std::uint32_t own = min_of(i + static_cast<std::uint32_t>(lane_) % step, tree.frontier_count - 1);
       const StagedLight light = tree.frontier[own];
       const LightFactor f = factor_of<kind>(receiver_, light, job_.min_distance * job_.min_distance);
@@ -188,7 +203,7 @@ class TileCut {
       const float power = dot(weights_, Vec3{light.red, light.green, light.blue}) * f.clamped;
       offered += power;
       typename Visibility::Staged seen;
-      visibility_.template stage<kind>(light.light, seen);
+      visibility_.template stage<kind>(light.light, 1, seen);
       arrived += power * visibility_.template share<kind>(receiver_, position_, light, seen);
       if (Visibility::traces) ++rays_;
     }
@@ -199,18 +214,28 @@ class TileCut {
     add_frontier<vpl_kind>();
     add_frontier<point_kind>();
     add_frontier<directional_kind>();
-    const float total = total_of({block_.x, block_.y, block_.z});
+    float total = total_of({block_.x, block_.y, block_.z});
     close_block(false);
+    float offered = 0, arrived = 0;
     if constexpr (Visibility::shadows) {
-      float offered = 0, arrived = 0;
       sample_frontier<vpl_kind>(offered, arrived);
       sample_frontier<point_kind>(offered, arrived);
       sample_frontier<directional_kind>(offered, arrived);
       offered = warp_sum(offered);
       arrived = warp_sum(arrived);
-      return offered > 0 ? total * fmaxf(arrived / offered, 1.0f / 64) : total;
     }
-    return total;
+    if constexpr (kTeamed) {
+      CrewPart part;
+      part.light = {total, offered, arrived};
+      part.rays = rays_;
+      const CrewPart sum = add_up(part);
+      total = static_cast<float>(sum.light.x);
+      offered = static_cast<float>(sum.light.y);
+      arrived = static_cast<float>(sum.light.z);
+      rays_ = warp_ == 0 ? sum.rays : 0;
+    }
+    if (offered > 0) arrives_ = fmaxf(arrived / offered, 1.0f / 64);
+    return total * arrives_;
   }
 
   // --- Groups ---
@@ -224,7 +249,7 @@ class TileCut {
     return __ballot_sync(kAllLanes, alike) & waiting;
   }
 
-  __device__ void gather_group(unsigned lanes) {
+  __device__ void gather_group(unsigned lanes, bool first) {
     const bool in = (lanes >> lane_ & 1u) != 0;
     const Vec3 position = position_, normal{receiver_.ns.x.value, receiver_.ns.y.value, receiver_.ns.z.value};
     const Vec3 far{kInfinity, kInfinity, kInfinity};
@@ -236,23 +261,31 @@ class TileCut {
     const float gain_lo = warp_min(in ? gap_to_end(-axis, box, position) : kInfinity);
     const float gain_hi = warp_min(in ? gap_to_end(axis, box, position) : kInfinity);
     group_ = receiver_group<FastFloat>(box, axis, cosine, gain_lo, gain_hi);
-    space_.umbras.find(job_, box, lane_);
+    if (first) {  // what is hidden from all of them is from those of later rounds too
+      if (!kTeamed || threadIdx.x < 32) umbras().find(job_, box, lane_);
+      if constexpr (kTeamed) __syncthreads();
+    }
+    if constexpr (Visibility::shadows) {
+      const auto of_all = Visibility::group(lanes, position, ng());
+      if (lane_ == 0) space_.group = of_all;
+      __syncwarp();
+    }
   }
 
   // --- Rounds ---
 
   __device__ void light_group(unsigned lanes, float estimate) {
     const bool member = (lanes >> lane_ & 1u) != 0;
-    gather_group(lanes);
+    gather_group(lanes, true);
     const float largest = warp_max(member ? estimate : 0.0f);
     const float error = static_cast<float>(job_.error * (1 - kThresholdSlack));
     // Where the upper level shows nothing, the search for the total starts from what there could be at most.
     float total = largest > 0 ? fmaxf(estimate, largest / 64) : root_bound(member) / 64;
-    float threshold = kFirstCaution * error * total;
+    float threshold = kFirstCaution<Visibility::traces> * error * total;
     for (int round = 1; lanes != 0; ++round) {
       mine_ = (lanes >> lane_ & 1u) != 0;
       lanes_ = lanes;
-      if (round > 1) gather_group(lanes);
+      if (round > 1) gather_group(lanes, false);
       scale_ = demands(threshold);
       threshold_ = threshold;
       const bool limited = job_.max_cut > 0 && fit();
@@ -261,7 +294,7 @@ class TileCut {
         lost_ = 0;
       }
       walk_all<false>(0);
-      if (too_heavy() || missed_) return;  // a total that lacks shadows says nothing
+      if (heavy_) return;
       const float seen = total_of(light_);
       // The bounds are in units of the smallest threshold, taken with the largest weight of each colour.
       const float bound = fmaxf(largest_bound_ * fit_scale_ * threshold, own_largest_);
@@ -340,52 +373,57 @@ class TileCut {
     walk_tree<point_kind, counting>(limit);
     walk_tree<directional_kind, counting>(limit);
     largest_bound_ = warp_max(largest_bound_);
-    if constexpr (teamed) join_team();
+    heavy_ = too_heavy();
+    if constexpr (kTeamed) join_crew();
   }
 
-  /// A single warp starts at the root, each of a team with its own of the parts that the tree was taken apart into.
+  /// A single warp starts at the root, each of a crew with its own of the parts that the tree was taken apart into.
   template <int kind, bool counting>
   __device__ void walk_tree(std::uint32_t limit) {
     const TreeView& tree = job_.trees.kind[kind];
     if (tree.leaf_count == 0) return;
-    if constexpr (!teamed) {
+    if constexpr (!kTeamed) {
       walk<kind, counting>(limit, lane_ == 0 ? 0 : kNone);
     } else {
-      const int team = team_size();
-      for (int first = 0; first < static_cast<int>(kTreeParts); first += team * 32)
-        walk<kind, counting>(limit, tree.parts[first + lane_ * team + warp_]);
+      const int warps = crew_warps();
+      for (int first = 0; first < static_cast<int>(kTreeParts); first += warps * 32) {
+        const int part = first + lane_ * warps + warp_;
+        walk<kind, counting>(limit, part < static_cast<int>(kTreeParts) ? tree.parts[part] : kNone);
+      }
     }
   }
 
-  /// Warps of the team, a power of two.
-  __device__ static int team_size() { return static_cast<int>(blockDim.x / 32); }
+  __device__ static int block_warps() { return static_cast<int>(blockDim.x / 32); }
+  __device__ int crew_warps() const {
+    if constexpr (!kTeamed) return 1;
+    return block_warps() * (crew == Crew::blocks ? meeting_->blocks() : 1);
+  }
 
-  /// Adds up what the warps of a team found, in their order: all of them get the same.
-  __device__ void join_team() {
+  /// Adds up the parts of a crew's warps, in their order: all of them get the same.
+  __device__ CrewPart add_up(const CrewPart& own) {
     __syncwarp();
-    auto* const own = reinterpret_cast<TeamPart*>(space_.lights);
-    own[lane_] = {light_, lost_, found_, rays_, largest_bound_, own_largest_};
+    *part_of(space_) = own;
     missed_ = __syncthreads_or(missed_ ? 1 : 0) != 0;
-    Vec3T<double> light{};
-    double lost = 0;
-    std::uint32_t rays = 0;
-    found_ = 0;
-    for (int w = 0; w < team_size(); ++w) {
-      const TeamPart part = reinterpret_cast<const TeamPart*>(spaces_[w].lights)[lane_];
-      light += part.light;
-      lost += part.lost;
-      found_ += part.found;
-      rays += part.rays;
-      largest_bound_ = fmaxf(largest_bound_, part.largest);
-      own_largest_ = fmaxf(own_largest_, part.own_largest);
-    }
-    rays_ = warp_ == 0 ? rays : 0;
-    if (mine_) {  // the others' light is final
-      light_ = light;
-      lost_ = lost;
-    }
+    heavy_ = __syncthreads_or(heavy_ ? 1 : 0) != 0;
+    CrewPart sum;
+    for (int w = 0; w < block_warps(); ++w) sum.add(*part_of(spaces_[w]));
     __syncthreads();
+    if constexpr (crew == Crew::blocks) sum = meeting_->add_up(sum, missed_);
+    return sum;
   }
+
+  __device__ void join_crew() {
+    const CrewPart sum = add_up({light_, lost_, found_, rays_, largest_bound_, own_largest_});
+    found_ = sum.found;
+    largest_bound_ = sum.largest;
+    own_largest_ = sum.own_largest;
+    rays_ = warp_ == 0 ? sum.rays : 0;
+    if (mine_) {  // the others' light is final
+      light_ = sum.light;
+      lost_ = sum.lost;
+    }
+  }
+  __device__ CrewPart* part_of(Space& space) const { return reinterpret_cast<CrewPart*>(space.lights) + lane_; }
 
   template <int kind, bool counting>
   __device__ void walk(std::uint32_t limit, std::uint32_t index) {
@@ -406,7 +444,7 @@ class TileCut {
         shines = !(bound == 0);
         accepts = node.is_leaf() || bound <= 1;
         splits = !accepts;
-        if (shines && space_.umbras.template hide<kind>(node.box)) accepts = splits = shines = false;
+        if (shines && umbras().template hide<kind>(node.box)) accepts = splits = shines = false;
         if (accepts && !node.is_leaf()) largest_bound_ = fmaxf(largest_bound_, bound);
       }
       const unsigned accepting = __ballot_sync(kAllLanes, accepts);
@@ -515,16 +553,10 @@ class TileCut {
     for (int first = 0; first < count; first += 32) {
       const int here = min_of(32, count - first);
       __syncwarp();
-      if (lane_ < here) {
-        const LightNode& node = job_.trees.kind[kind].nodes[space_.chosen[first + lane_].index];
-        const std::uint32_t light = node.representative;
-        space_.lights[lane_] = stage_light<kind>(job_.lights, light, node.intensity);
-        if (cuts_.used[kind] != nullptr) mark(cuts_.used[kind], light);
-        if (!visibility_.template stage<kind>(light, space_.seen[lane_])) missed_ = true;
-        visibility_.template prefetch<kind>(space_.seen[lane_], position_);
-      }
+      if (lane_ < here) stage_chosen<kind>(space_.chosen[first + lane_].index);
       if constexpr (Visibility::shadows) missed_ = __any_sync(kAllLanes, missed_) != 0;
       __syncwarp();
+      if constexpr (Visibility::traces) trace_chosen<kind>(first, here);
       for (int i = 0; i < here; ++i) {
         const bool wanted = !kOwnCuts || (space_.chosen[first + i].lanes >> lane_ & 1u) != 0;
         add_seen<kind>(space_.lights[i], space_.seen[i], wanted);
@@ -534,10 +566,74 @@ class TileCut {
     close_block(mine_);
   }
 
+  /// Reads what the pixels need to know of a node's light, a light a lane.
+  template <int kind>
+  __device__ void stage_chosen(std::uint32_t index) {
+    const LightNode& node = job_.trees.kind[kind].nodes[index];
+    const std::uint32_t light = node.representative;
+    space_.lights[lane_] = stage_light<kind>(job_.lights, light, node.intensity);
+    if (cuts_.used[kind] != nullptr) mark(cuts_.used[kind], light);
+    typename Visibility::Staged seen;
+    if (!visibility_.template stage<kind>(light, arrives_, seen)) missed_ = true;
+    visibility_.template look<kind>(space_.group, seen);
+    space_.seen[lane_] = seen;
+  }
+
+  /// Traces the rays to the staged lights: where pixels have cuts of their own few of them ask for the same light, so the lanes
+  /// share out all rays, sorted by light.
+  template <int kind>
+  __device__ void trace_chosen(int first, int here) {
+    unsigned own_asks = 0;
+    for (int i = 0; i < here; ++i) {
+      const bool wanted = (space_.chosen[first + i].lanes >> lane_ & 1u) != 0;
+      const LightFactor f = factor_of<kind>(receiver_, space_.lights[i], job_.min_distance * job_.min_distance);
+      const unsigned asks = __ballot_sync(kAllLanes, wanted && f.unclamped > 0);
+      if (lane_ == i) own_asks = asks;
+    }
+    std::uint32_t upto = static_cast<std::uint32_t>(__popc(own_asks));
+    for (int step = 1; step < 32; step *= 2) {
+      const std::uint32_t other = __shfl_up_sync(kAllLanes, upto, step);
+      if (lane_ >= step) upto += other;
+    }
+    const std::uint32_t rays = __shfl_sync(kAllLanes, upto, 31);
+    space_.seen[lane_].asks = own_asks;
+    space_.seen[lane_].sees = 0;
+    space_.seen[lane_].before = upto - static_cast<std::uint32_t>(__popc(own_asks));
+    __syncwarp();
+    for (std::uint32_t begin = 0; begin < rays; begin += 32) {
+      const std::uint32_t ray = min_of(begin + static_cast<std::uint32_t>(lane_), rays - 1);
+      int light = 0;
+      for (int step = 16; step > 0; step /= 2) {
+        if (space_.seen[light + step].before <= ray) light += step;
+      }
+      const int pixel = place_of_bit(space_.seen[light].asks, ray - space_.seen[light].before);
+      const Vec3 from = from_lane(position_, pixel);
+      if (begin + static_cast<std::uint32_t>(lane_) < rays &&
+          visibility_.template share<kind>(receiver_, from, space_.lights[light], space_.seen[light]) > 0) {
+        atomicOr(&space_.seen[light].sees, 1u << pixel);
+      }
+    }
+    __syncwarp();
+  }
+
+  /// Place of the n-th bit that is set, from 0.
+  __device__ static int place_of_bit(unsigned bits, std::uint32_t n) {
+    int place = 0;
+    for (int step = 16; step > 0; step /= 2) {
+      const auto below = static_cast<std::uint32_t>(__popc(bits >> place & ((1u << step) - 1)));
+      if (n >= below) {
+        n -= below;
+        place += step;
+      }
+    }
+    return place;
+  }
+
   __device__ void list(int kind, std::uint32_t node, unsigned lanes) const {
     const std::uint32_t place = atomicAdd(cuts_.listing.count, 1u);
     if (place >= cuts_.listing.capacity) return;
-    cuts_.listing.nodes[place] = {tile_, walks_ + (teamed ? 1000u : 0u), lanes, static_cast<std::uint32_t>(kind), node};
+    cuts_.listing.nodes[place] = {tile_, walks_ + 1000 * static_cast<std::uint32_t>(crew), lanes,
+                                  static_cast<std::uint32_t>(kind), node};
   }
 
   __device__ static void mark(std::uint32_t* bits, std::uint32_t light) {
@@ -558,7 +654,8 @@ class TileCut {
   const CutView& cuts_;
   Space* spaces_;
   Space& space_;
-  int warp_, lane_;
+  Meeting* meeting_;
+  int warp_, lane_;  ///< of the crew, of the warp
 
   // This lane's pixel.
   Receiver<FastFloat> receiver_;
@@ -581,7 +678,9 @@ class TileCut {
   float threshold_ = 0;      ///< the pixel's
   std::uint32_t found_ = 0;
   unsigned lanes_ = 0;
-  bool missed_ = false;  ///< some light could not be looked at
+  bool heavy_ = false;   ///< too many nodes for this crew
+  bool missed_ = false;  ///< some light could not be looked at: what follows shows which else there will be
+  float arrives_ = 1;    ///< of the light, about, at the tile
 
   std::uint32_t tile_ = 0;
   std::uint32_t pairs_ = 0, visits_ = 0, walks_ = 0, groups_ = 0;

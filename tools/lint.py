@@ -1,8 +1,14 @@
-"""lint.py BUILD_FOLDER: clang-tidy over the library (src/), remembering what passed.
+"""lint.py BUILD_FOLDER [FOLDER...]: clang-tidy over those of src, bench, apps, tests, remembering what passed.
 
-A source that passed is not looked at again until it, a header of ours that it includes, its compile command, .clang-tidy,
-clang-tidy or this script changes. What passed is kept in ~/.cache/lightcuts (or XDG_CACHE_HOME), so that a fresh clone profits
-too. Versions of clang-tidy warn of different things, so one of them is the law: Debian 12's.
+Without FOLDER over the library (src). Nobody has seen the other folders clean as a whole yet; the fewer checks that they are
+held to stand in their .clang-tidy.
+
+A source that passed is not looked at again until it, a header of ours that it includes, its compile command, a .clang-tidy or
+clang-tidy changes. What passed is kept in ~/.cache/lightcuts (or XDG_CACHE_HOME), so that a fresh clone profits too. Versions
+of clang-tidy warn of different things, so one of them is the law: Debian 12's.
+
+A source takes 5 to 45 s of one core, and a machine of CI may remember nothing. With LINT_SECONDS=N no look is begun after N
+seconds; what changed last comes first, and how many sources were left for another time is said.
 """
 
 import concurrent.futures
@@ -15,10 +21,15 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import time
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 LAW = "14"
+COMMENT = re.compile(rb"//(?!.*NOLINT).*")
 INCLUDE = re.compile(r'^\s*#\s*include\s*"([^"]+)"', re.MULTILINE)
+FOLDERS = ("src", "apps", "bench", "tests")
+OPTIONS = ["--quiet", f"--header-filter={ROOT}/(include|{'|'.join(FOLDERS)})/.*",
+           "--extra-arg=-Wno-unknown-warning-option", "--extra-arg=-Wno-ignored-optimization-argument"]
 
 
 def clang_tidy():
@@ -41,37 +52,66 @@ def really_lints(tool):
         return done.returncode != 0 and "modernize-use-override" in done.stdout
 
 
-def our_headers(file, seen):
+def sources(build, wanted):
+    """The compile commands of our sources in these folders, each source once."""
+    commands = json.loads((build / "compile_commands.json").read_text(encoding="utf-8"))
+    folders = tuple(f"{ROOT}/{folder}/" for folder in wanted)
+    ours = {entry["file"]: entry for entry in commands if entry["file"].startswith(folders) and entry["file"].endswith(".cpp")}
+    return list(ours.values())
+
+
+def add_headers(file, seen):
     """Adds to `seen` the file and all of our headers that it includes, directly or not."""
     if file in seen:
         return
     seen.add(file)
     for name in INCLUDE.findall(file.read_text(encoding="utf-8")):
-        for base in (file.parent, ROOT / "include", ROOT / "src", ROOT / "apps", ROOT / "tests"):
+        for base in (file.parent, ROOT / "include", *(ROOT / folder for folder in FOLDERS), ROOT / "apps" / "lightcuts"):
             if (base / name).is_file():
-                our_headers((base / name).resolve(), seen)
+                add_headers((base / name).resolve(), seen)
                 break
 
 
-def fingerprint(entry, version):
-    """Changes with anything that clang-tidy's answer depends on, but not with the place of the checkout."""
+def texts_of(entry):
     files = set()
-    our_headers(pathlib.Path(entry["file"]), files)
-    digest = hashlib.sha256((version + entry["command"].replace(str(ROOT), "")).encode())
-    for file in [ROOT / ".clang-tidy", ROOT / "tools" / "lint.py", *sorted(files)]:
-        digest.update(hashlib.sha256(file.read_bytes()).digest())
+    add_headers(pathlib.Path(entry["file"]), files)
+    return sorted(files)
+
+
+def fingerprint(entry, version):
+    """Changes with anything that clang-tidy's answer depends on, but not with comments or the place of the checkout."""
+    digest = hashlib.sha256("".join([version, entry["command"], *OPTIONS]).replace(str(ROOT), "").encode())
+    for file in [ROOT / ".clang-tidy", *sorted(ROOT.glob("*/.clang-tidy")), *texts_of(entry)]:
+        digest.update(hashlib.sha256(COMMENT.sub(b"", file.read_bytes())).digest())
     return digest.hexdigest()
 
 
-def lint(tool, build, entry):
-    command = [tool, "-p", str(build), "--quiet", f"--header-filter={ROOT}/(include|src|apps|tests|bench)/.*",
-               "--extra-arg=-Wno-unknown-warning-option", "--extra-arg=-Wno-ignored-optimization-argument", entry["file"]]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+def times_of_change():
+    """When each file last changed, by git [s since 1970]; what is not committed changed just now."""
+    def git(*words):
+        return subprocess.run(["git", "-C", str(ROOT), *words], capture_output=True, text=True, check=False).stdout.splitlines()
+
+    changed = {ROOT / line: time.time() for line in git("ls-files", "--modified", "--others", "--exclude-standard")}
+    when = 0
+    for line in git("log", "--format=:%ct", "--name-only"):
+        if line.startswith(":"):
+            when = int(line[1:])
+        elif line:
+            changed.setdefault(ROOT / line, when)
+    return changed
+
+
+def lint(tool, build, entry, deadline):
+    """Whether the source is clean, and clang-tidy's words; None and none where there was no time left to look."""
+    if time.monotonic() > deadline:
+        return None, ""
+    done = subprocess.run([tool, "-p", str(build), *OPTIONS, entry["file"]], capture_output=True, text=True, check=False)
     return done.returncode == 0, f"{entry['file']}: status {done.returncode}\n{done.stdout}{done.stderr}"
 
 
 def main():
     build = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else "build").resolve()
+    deadline = time.monotonic() + float(os.environ.get("LINT_SECONDS", "inf"))
     tool, version = clang_tidy()
     if tool is None:
         print(f"Nothing is linted: it takes clang-tidy {LAW} (Debian 12's), {version}.")
@@ -82,24 +122,27 @@ def main():
     passed = pathlib.Path(os.environ.get("XDG_CACHE_HOME", pathlib.Path.home() / ".cache")) / "lightcuts" / "lint"
     passed.mkdir(parents=True, exist_ok=True)
 
-    entries = [entry for entry in json.loads((build / "compile_commands.json").read_text(encoding="utf-8"))
-               if entry["file"].endswith(".cpp") and pathlib.Path(entry["file"]).is_relative_to(ROOT / "src")]
-    todo = []
-    for entry in entries:
-        mark = passed / fingerprint(entry, version)
-        if not mark.exists():
-            todo.append((entry, mark))
+    entries = sources(build, sys.argv[2:] or ("src",))
+    changed = times_of_change()
+    todo = [(entry, passed / fingerprint(entry, version)) for entry in entries]
+    todo = [(entry, mark) for entry, mark in todo if not mark.exists()]
+    # A source's own change says more than that of a header, which brings many sources at once.
+    todo.sort(key=lambda work: (changed.get(pathlib.Path(work[0]["file"]), 0),
+                                max(changed.get(file, 0) for file in texts_of(work[0]))), reverse=True)
 
-    failures = 0
+    failures = left = 0
     with concurrent.futures.ThreadPoolExecutor(int(os.environ.get("JOBS", os.cpu_count() or 1))) as pool:
-        results = pool.map(lambda work: (work, lint(tool, build, work[0])), todo)
+        results = pool.map(lambda work: (work, lint(tool, build, work[0], deadline)), todo)
         for (entry, mark), (clean, words) in results:
-            if clean:
+            if clean is None:
+                left += 1
+            elif clean:
                 mark.touch()
             else:
                 failures += 1
-                print(words.strip().replace(str(ROOT) + "/", ""))
-    print(f"{len(entries)} sources: {len(entries) - len(todo)} as when they passed, {len(todo)} looked at, {failures} with faults.")
+                print(words.strip().replace(str(ROOT) + "/", ""), flush=True)
+    print(f"{len(entries)} sources: {len(entries) - len(todo)} as when they passed, {len(todo) - left} looked at, "
+          f"{failures} with faults, {left} left for want of time.")
     return 1 if failures else 0
 
 

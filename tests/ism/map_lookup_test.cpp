@@ -84,9 +84,10 @@ float depth_in_room(Vec3 from, Vec3 way) {
       if (!(t > 1e-4f) || t > nearest) continue;
       const Vec3 at = from + way * t;
       bool inside = true;
-      for (int k = 0; k < 3; ++k)
+      for (int k = 0; k < 3; ++k) {
         inside = inside && (k == axis ||
                             (component(at, k) >= component(side.lo, k) && component(at, k) <= component(side.hi, k)));
+      }
       if (inside) nearest = t;
     }
   };

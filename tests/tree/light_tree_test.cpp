@@ -122,10 +122,11 @@ TEST(LightTree, DrawsRepresentativesInProportionToIntensity) {
     double chi_square = 0;
     for (std::size_t i = 0; i < lights.size(); ++i) {
       const double expected = kSeeds * luminance(lights[i].intensity) / total;
-      if (expected > 0)
+      if (expected > 0) {
         chi_square += (hits[i] - expected) * (hits[i] - expected) / expected;
-      else
+      } else {
         EXPECT_EQ(hits[i], 0);
+      }
     }
     EXPECT_LT(chi_square, 22.5);  // 6 degrees of freedom, one in a thousand
   }
@@ -137,9 +138,10 @@ TEST(LightTree, DrawsRepresentativesWhateverTheOrderOfMerging) {
   const std::vector<Vpl> lights = samples.scattered(4);
   const std::vector<LightCluster> leaves = leaf_clusters(lights, Metric::walter, 1).clusters;
   const MergeTree first{{{0, 1}, {2, 3}, {4, 5}}}, second{{{3, 2}, {1, 0}, {4, 5}}};
-  for (std::uint64_t seed = 0; seed < 100; ++seed)
+  for (std::uint64_t seed = 0; seed < 100; ++seed) {
     EXPECT_EQ(assemble_tree(first, leaves, seed).nodes[0].representative,
               assemble_tree(second, leaves, seed).nodes[0].representative);
+  }
 }
 
 TEST(LightTree, BuildsOneTreeAKind) {

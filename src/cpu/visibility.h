@@ -33,6 +33,9 @@ class PacketVisibility {
   /// lanes that do not ask. Returns the number of rays traced. Called by many threads at once.
   virtual std::uint32_t shares(const VisibilityQuery& query, float* share) const = 0;
 
+  /// Whether light may come through where it should not: then what is hidden for certain matters more.
+  [[nodiscard]] virtual bool leaks() const { return false; }
+
   /// Whether group_shares is worth a try.
   [[nodiscard]] virtual bool knows_groups() const { return false; }
 

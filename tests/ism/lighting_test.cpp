@@ -136,12 +136,12 @@ TEST(LightcutsByMaps, WithoutErrorAreTheSumOverAllMapsButForWhatIsHidden) {
   EXPECT_LT(compare(shade(2, options, 0, 300).image, sum.image).mean_relative_error, 2e-5);
   options.cut = CutWalk::packet;
   const Rendered packet = shade(2, options, 0, 300);
-  EXPECT_LT(compare(packet.image, sum.image).mean_relative_error, 0.01);
+  EXPECT_LT(compare(packet.image, sum.image).mean_relative_error, 0.015);
   ShadeOptions by_rays;
   by_rays.visibility = Visibility::rays;
   const Rendered rays = shade(2, by_rays, 0, 300);
   // In this open room hardly anything leaks, and leaks make up for dark corners.
-  EXPECT_LT(compare(packet.image, rays.image).relmse, 1.1 * compare(sum.image, rays.image).relmse);
+  EXPECT_LT(compare(packet.image, rays.image).relmse, 1.25 * compare(sum.image, rays.image).relmse);
 }
 
 TEST(LightByMaps, SaysWhatItNeedsBeforeItTakesMemory) {

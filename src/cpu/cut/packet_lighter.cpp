@@ -15,6 +15,14 @@ constexpr GroupTuning kUnshadowed{
     .extent = 0.06f, .cosine = 0.8f, .pixels = kTilePixels, .first_factor = 1.2f, .level_ratio = 1.5f};
 constexpr GroupTuning kShadowed{
     .extent = 0.05f, .cosine = 0.8f, .pixels = kTilePixels, .first_factor = 3.0f, .level_ratio = 1.2f, .umbras = 32};
+/// Maps leak, and a smaller group hides more from them; in large pictures the tile is the limit anyway.
+constexpr GroupTuning kByMaps{
+    .extent = 0.03f, .cosine = 0.8f, .pixels = kTilePixels, .first_factor = 3.0f, .level_ratio = 1.2f, .umbras = 32};
+
+const GroupTuning& tuning_for(const PacketVisibility* visibility) {
+  if (visibility == nullptr) return kUnshadowed;
+  return visibility->leaks() ? kByMaps : kShadowed;
+}
 
 }  // namespace
 
@@ -22,8 +30,7 @@ PacketLighter::PacketLighter(const CutContext& context, const CutKernels& cut, c
     : context_(context), cut_(cut), shade_(shade), frontier_(make_frontier(context, kFrontierSize)) {}
 
 bool PacketLighter::light(const Tile& tile, Progress& progress, TileLight& out) const {
-  const GroupTuning& tuning = context_.visibility == nullptr ? kUnshadowed : kShadowed;
-  cut_pixels({context_, frontier_, cut_, shade_, tuning}, tile.packets, scratch_.local(), out);
+  cut_pixels({context_, frontier_, cut_, shade_, tuning_for(context_.visibility)}, tile.packets, scratch_.local(), out);
   return progress.advance(1);
 }
 

@@ -28,6 +28,7 @@ class ShadowMapPool final : public PacketVisibility {
 
   /// Throws PoolIsFull. A thread that needs a map which another is making waits for it.
   std::uint32_t shares(const VisibilityQuery& query, float* share) const override;
+  [[nodiscard]] bool leaks() const override { return true; }
   [[nodiscard]] bool knows_groups() const override { return maker_.options().depth_bits == 16 && !divided_; }
   void group_shares(const FlatReceivers& receivers, std::span<const std::uint32_t> vpls, float* share) const override;
 

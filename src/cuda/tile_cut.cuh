@@ -1,10 +1,6 @@
 #pragma once
 
-#include "cuda/crew.cuh"
-#include "cuda/hidden_nodes.cuh"
-#include "cuda/packet_cut.h"
-#include "cuda/see.cuh"
-#include "cuda/warp.cuh"
+#include "cuda/tile_light.cuh"
 #include "kernels/cluster_bound.h"
 #include "kernels/group_bound.h"
 
@@ -22,30 +18,6 @@ __device__ inline float group_bound(const ReceiverGroup<FastFloat>& group, const
   return group_directional_bound(group, lights).value;
 }
 
-// --- The walk of a warp ---
-
-inline constexpr int kStack = 256;   ///< nodes to go below
-inline constexpr int kChosen = 256;  ///< nodes that are summed together, in single precision
-
-/// A node and the pixels that it concerns.
-struct PixelsNode {
-  std::uint32_t index;
-  unsigned lanes;
-};
-
-/// A warp's shared memory.
-template <class Visibility>
-struct WarpSpace {
-  StagedLight lights[32];
-  typename Visibility::Staged seen[32];  ///< of `lights`
-  PixelsNode stack[kStack];              ///< first children of the nodes to go below
-  PixelsNode chosen[kChosen];
-  Umbras<Visibility::shadows> umbras;
-  typename Visibility::Group group;
-};
-
-static_assert(sizeof(CrewPart) <= sizeof(StagedLight));  // a warp leaves its part in `lights`
-
 /// A threshold of the first walk relative to the estimate. Where looking is dear, few nodes first tell the total better, for
 /// too low a threshold cannot be taken back.
 template <bool traces>
@@ -59,7 +31,7 @@ inline constexpr int kMostRounds = 16;
 /// Groups of a tile; what is left over is a group by itself, however scattered.
 inline constexpr int kMostGroups = 4;
 
-/// What became of a tile: lit; left as too much for one warp; left because lights could not be looked at (maps missing).
+/// What became of a tile: lit; left as too much for this crew; left because lights could not be looked at (maps missing).
 enum class TileOutcome : std::uint8_t { lit, heavy, missed };
 
 /// Lights a tile's 32 pixels, one a lane of each warp of the crew.
@@ -67,39 +39,29 @@ enum class TileOutcome : std::uint8_t { lit, heavy, missed };
 /// Where Visibility::own_cuts, a node that the group as a whole refuses is tested for each pixel too: every pixel has a
 /// cut of its own then.
 template <class Visibility, bool listing = false, Crew crew = Crew::warp>
-class TileCut {
-  static constexpr bool kOwnCuts = Visibility::own_cuts, kTeamed = crew != Crew::warp;
-  using Space = WarpSpace<Visibility>;
+class TileCut : TileLight<Visibility, crew> {
+  using Base = TileLight<Visibility, crew>;
+  using Base::job_, Base::cuts_, Base::spaces_, Base::space_, Base::warp_, Base::lane_;
+  using Base::kOwnCuts, Base::kTeamed;
+  using Base::light_, Base::lost_, Base::rays_, Base::pairs_, Base::heavy_, Base::missed_;
+  using Base::receiver_, Base::position_, Base::weights_, Base::mine_, Base::ns, Base::ng, Base::total_of;
+  using typename Base::Space;
 
  public:
   /// @param meeting  of the crew's blocks, if they are several
   __device__ TileCut(const CutJob& job, const Visibility& visibility, const CutView& cuts, Space* spaces,
                      Meeting* meeting = nullptr)
-      : job_(job),
-        visibility_(visibility),
-        cuts_(cuts),
-        spaces_(spaces),
-        space_(spaces[threadIdx.x / 32]),
-        meeting_(meeting),
-        warp_(kTeamed
-                  ? static_cast<int>(threadIdx.x / 32) + (crew == Crew::blocks ? meeting->rank() * block_warps() : 0)
-                  : 0),
-        lane_(static_cast<int>(threadIdx.x % 32)) {}
+      : Base(job, visibility, cuts, spaces, meeting) {}
 
   /// Nothing is written of a tile that is left.
   __device__ TileOutcome run(const PixelView& pixels, const SumView& sums, std::uint32_t slot) {
-    const Vec3 position = pixels.position[slot], ns = pixels.ns[slot], ng = pixels.ng[slot];
-    const Vec3 albedo = pixels.albedo[slot];
-    const bool lit = !(ns == Vec3{});
+    this->open_pixel(pixels, slot);
     tile_ = slot / kTilePixels;
-    receiver_ = {fast(position), fast(ns), fast(ng)};
-    position_ = position;
-    weights_ = lit ? Vec3{0.2126f * albedo.x, 0.7152f * albedo.y, 0.0722f * albedo.z} : Vec3{};
+    const bool lit = mine_;
     unsigned waiting = __ballot_sync(kAllLanes, lit);
-    mine_ = lit;
-    float total = waiting != 0 ? estimate() : 0;
+    const float total = waiting != 0 ? this->estimate() : 0;
     for (int number = 1; waiting != 0; ++number) {
-      const unsigned group = number < kMostGroups ? like_first(waiting, position, ns) : waiting;
+      const unsigned group = number < kMostGroups ? like_first(waiting) : waiting;
       waiting &= ~group;
       light_group(group, total);
       ++groups_;
@@ -120,138 +82,28 @@ class TileCut {
   }
 
  private:
-  // --- What the pixels get ---
-
   /// Of what this warp has visited; the tile is then left to a larger crew.
   __device__ bool too_heavy() const {
     return crew != Crew::blocks && cuts_.left.tiles != nullptr && visits_ > job_.heavy_visits;
   }
 
-  /// Adds a light of the list, as far as it arrives.
-  /// @param wanted  the pixel has this light in its cut
-  template <int kind>
-  __device__ void add_seen(const StagedLight& light, const typename Visibility::Staged& seen, bool wanted) {
-    if (seen.share == 0) return;
-    const LightFactor f = factor_of<kind>(receiver_, light, job_.min_distance * job_.min_distance);
-    float share = 1;
-    if constexpr (Visibility::shadows) {
-      share = 0;
-      if constexpr (Visibility::traces) {
-        share = static_cast<float>(seen.sees >> lane_ & 1u);
-        rays_ += seen.asks >> lane_ & 1u;
-      } else if (wanted && f.unclamped > 0) {
-        share = visibility_.template share<kind>(receiver_, position_, light, seen);
-      }
-    }
-    add<kind>(light, f, share);
-  }
-
-  template <int kind>
-  __device__ void add(const StagedLight& light, LightFactor f, float share) {
-    const float arrives = f.clamped * share;
-    block_ += Vec3{light.red, light.green, light.blue} * arrives;
-    if constexpr (kind == vpl_kind) {
-      const float lost = f.unclamped - f.clamped;
-      if (lost > 0) block_lost_ += luminance(Vec3{light.red, light.green, light.blue}) * lost * share;
-    }
-  }
-
-  __device__ void close_block(bool keep) {
-    if (keep) {
-      light_ += Vec3T<double>{block_.x, block_.y, block_.z};
-      lost_ += block_lost_;
-    }
-    block_ = {};
-    block_lost_ = 0;
-  }
-
   /// A block has those of its first warp.
   __device__ Umbras<Visibility::shadows>& umbras() const { return kTeamed ? spaces_[0].umbras : space_.umbras; }
-
-  __device__ Vec3 ng() const { return {receiver_.ng.x.value, receiver_.ng.y.value, receiver_.ng.z.value}; }
-
-  /// Luminance of what a pixel reflects, times pi.
-  __device__ float total_of(Vec3T<double> light) const {
-    const double total = weights_.x * light.x + weights_.y * light.y + weights_.z * light.z;
-    return static_cast<float>(total > 0 ? fmin(total, 3e38) : 0);
-  }
-
-  // --- The estimate ---
-
-  template <int kind>
-  __device__ void add_frontier() {
-    const TreeView& tree = job_.trees.kind[kind];
-    const auto step = static_cast<std::uint32_t>(crew_warps());
-    for (auto i = static_cast<std::uint32_t>(warp_); i < tree.frontier_count; i += step) {
-      const StagedLight light = tree.frontier[i];
-      add<kind>(light, factor_of<kind>(receiver_, light, job_.min_distance * job_.min_distance), 1);
-    }
-    if (warp_ == 0) pairs_ += tree.frontier_count;
-  }
-
-  /// A quarter of the upper level, each light from a quarter of the pixels: seen with and without shadows.
-  template <int kind>
-  __device__ void sample_frontier(float& offered, float& arrived) {
-    const TreeView& tree = job_.trees.kind[kind];
-    const std::uint32_t step = tree.frontier_count >= 32 ? 4 : 1;
-    const auto warps = static_cast<std::uint32_t>(crew_warps());
-    for (std::uint32_t i = static_cast<std::uint32_t>(warp_) * step; i < tree.frontier_count; i += step * warps) {
-      const std::uint32_t own = min_of(i + static_cast<std::uint32_t>(lane_) % step, tree.frontier_count - 1);
-      const StagedLight light = tree.frontier[own];
-      const LightFactor f = factor_of<kind>(receiver_, light, job_.min_distance * job_.min_distance);
-      if (!mine_ || !(f.unclamped > 0)) continue;
-      const float power = dot(weights_, Vec3{light.red, light.green, light.blue}) * f.clamped;
-      offered += power;
-      typename Visibility::Staged seen;
-      visibility_.template stage<kind>(light.light, 1, seen);
-      arrived += power * visibility_.template share<kind>(receiver_, position_, light, seen);
-      if (Visibility::traces) ++rays_;
-    }
-  }
-
-  /// The pixel's total by the nodes of the trees' upper levels.
-  __device__ float estimate() {
-    add_frontier<vpl_kind>();
-    add_frontier<point_kind>();
-    add_frontier<directional_kind>();
-    float total = total_of({block_.x, block_.y, block_.z});
-    close_block(false);
-    float offered = 0, arrived = 0;
-    if constexpr (Visibility::shadows) {
-      sample_frontier<vpl_kind>(offered, arrived);
-      sample_frontier<point_kind>(offered, arrived);
-      sample_frontier<directional_kind>(offered, arrived);
-      offered = warp_sum(offered);
-      arrived = warp_sum(arrived);
-    }
-    if constexpr (kTeamed) {
-      CrewPart part;
-      part.light = {total, offered, arrived};
-      part.rays = rays_;
-      const CrewPart sum = add_up(part);
-      total = static_cast<float>(sum.light.x);
-      offered = static_cast<float>(sum.light.y);
-      arrived = static_cast<float>(sum.light.z);
-      rays_ = warp_ == 0 ? sum.rays : 0;
-    }
-    if (offered > 0) arrives_ = fmaxf(arrived / offered, 1.0f / 64);
-    return total * arrives_;
-  }
 
   // --- Groups ---
 
   /// Of the waiting pixels, those on the same surface as the first.
-  __device__ unsigned like_first(unsigned waiting, Vec3 position, Vec3 ns) const {
+  __device__ unsigned like_first(unsigned waiting) const {
     const int leader = __ffs(static_cast<int>(waiting)) - 1;
-    const Vec3 normal = from_lane(ns, leader), way = position - from_lane(position, leader);
+    const Vec3 normal = from_lane(ns(), leader), way = position_ - from_lane(position_, leader);
     const float off = fabsf(dot(normal, way));
-    const bool alike = dot(normal, ns) > 0.9f && off * off <= 0.1f * dot(way, way) + 1e-12f;
+    const bool alike = dot(normal, ns()) > 0.9f && off * off <= 0.1f * dot(way, way) + 1e-12f;
     return __ballot_sync(kAllLanes, alike) & waiting;
   }
 
   __device__ void gather_group(unsigned lanes, bool first) {
     const bool in = (lanes >> lane_ & 1u) != 0;
-    const Vec3 position = position_, normal{receiver_.ns.x.value, receiver_.ns.y.value, receiver_.ns.z.value};
+    const Vec3 position = position_, normal = ns();
     const Vec3 far{kInfinity, kInfinity, kInfinity};
     const Box box{warp_min(in ? position : far), warp_max(in ? position : -far)};
     const Vec3 any = from_lane(normal, __ffs(static_cast<int>(lanes)) - 1);
@@ -267,6 +119,7 @@ class TileCut {
     }
     if constexpr (Visibility::shadows) {
       const auto of_all = Visibility::group(lanes, position, ng());
+      __syncwarp();
       if (lane_ == 0) space_.group = of_all;
       __syncwarp();
     }
@@ -385,7 +238,7 @@ class TileCut {
     if constexpr (!kTeamed) {
       walk<kind, counting>(limit, lane_ == 0 ? 0 : kNone);
     } else {
-      const int warps = crew_warps();
+      const int warps = this->crew_warps();
       for (int first = 0; first < static_cast<int>(kTreeParts); first += warps * 32) {
         const int part = first + lane_ * warps + warp_;
         walk<kind, counting>(limit, part < static_cast<int>(kTreeParts) ? tree.parts[part] : kNone);
@@ -393,27 +246,8 @@ class TileCut {
     }
   }
 
-  __device__ static int block_warps() { return static_cast<int>(blockDim.x / 32); }
-  __device__ int crew_warps() const {
-    if constexpr (!kTeamed) return 1;
-    return block_warps() * (crew == Crew::blocks ? meeting_->blocks() : 1);
-  }
-
-  /// Adds up the parts of a crew's warps, in their order: all of them get the same.
-  __device__ CrewPart add_up(const CrewPart& own) {
-    __syncwarp();
-    *part_of(space_) = own;
-    missed_ = __syncthreads_or(missed_ ? 1 : 0) != 0;
-    heavy_ = __syncthreads_or(heavy_ ? 1 : 0) != 0;
-    CrewPart sum;
-    for (int w = 0; w < block_warps(); ++w) sum.add(*part_of(spaces_[w]));
-    __syncthreads();
-    if constexpr (crew == Crew::blocks) sum = meeting_->add_up(sum, missed_);
-    return sum;
-  }
-
   __device__ void join_crew() {
-    const CrewPart sum = add_up({light_, lost_, found_, rays_, largest_bound_, own_largest_});
+    const CrewPart sum = this->add_up({light_, lost_, found_, rays_, largest_bound_, own_largest_});
     found_ = sum.found;
     largest_bound_ = sum.largest;
     own_largest_ = sum.own_largest;
@@ -423,8 +257,6 @@ class TileCut {
       lost_ = sum.lost;
     }
   }
-  __device__ CrewPart* part_of(Space& space) const { return reinterpret_cast<CrewPart*>(space.lights) + lane_; }
-
   template <int kind, bool counting>
   __device__ void walk(std::uint32_t limit, std::uint32_t index) {
     const LightNode* const nodes = job_.trees.kind[kind].nodes;
@@ -472,7 +304,7 @@ class TileCut {
       waiting += __popc(splitting);
       __syncwarp();
       if (!counting && chosen > kChosen - 32) {
-        sum_chosen<kind>(chosen);
+        this->template sum_chosen<kind>(chosen);
         chosen = 0;
       }
       if (waiting == 0 || too_heavy()) break;
@@ -489,7 +321,7 @@ class TileCut {
       if (full) index = smaller_last(nodes, index);
       __syncwarp();
     }
-    if (!counting && chosen > 0) sum_chosen<kind>(chosen);
+    if (!counting && chosen > 0) this->template sum_chosen<kind>(chosen);
     __syncwarp();
   }
 
@@ -547,98 +379,11 @@ class TileCut {
     return swap ? other : index;
   }
 
-  /// Adds the chosen nodes' light to each pixel of the group.
-  template <int kind>
-  __device__ void sum_chosen(int count) {
-    for (int first = 0; first < count; first += 32) {
-      const int here = min_of(32, count - first);
-      __syncwarp();
-      if (lane_ < here) stage_chosen<kind>(space_.chosen[first + lane_].index);
-      if constexpr (Visibility::shadows) missed_ = __any_sync(kAllLanes, missed_) != 0;
-      __syncwarp();
-      if constexpr (Visibility::traces) trace_chosen<kind>(first, here);
-      for (int i = 0; i < here; ++i) {
-        const bool wanted = !kOwnCuts || (space_.chosen[first + i].lanes >> lane_ & 1u) != 0;
-        add_seen<kind>(space_.lights[i], space_.seen[i], wanted);
-        if (wanted && mine_) ++pairs_;
-      }
-    }
-    close_block(mine_);
-  }
-
-  /// Reads what the pixels need to know of a node's light, a light a lane.
-  template <int kind>
-  __device__ void stage_chosen(std::uint32_t index) {
-    const LightNode& node = job_.trees.kind[kind].nodes[index];
-    const std::uint32_t light = node.representative;
-    space_.lights[lane_] = stage_light<kind>(job_.lights, light, node.intensity);
-    if (cuts_.used[kind] != nullptr) mark(cuts_.used[kind], light);
-    typename Visibility::Staged seen;
-    if (!visibility_.template stage<kind>(light, arrives_, seen)) missed_ = true;
-    visibility_.template look<kind>(space_.group, seen);
-    space_.seen[lane_] = seen;
-  }
-
-  /// Traces the rays to the staged lights: where pixels have cuts of their own few of them ask for the same light, so the lanes
-  /// share out all rays, sorted by light.
-  template <int kind>
-  __device__ void trace_chosen(int first, int here) {
-    unsigned own_asks = 0;
-    for (int i = 0; i < here; ++i) {
-      const bool wanted = (space_.chosen[first + i].lanes >> lane_ & 1u) != 0;
-      const LightFactor f = factor_of<kind>(receiver_, space_.lights[i], job_.min_distance * job_.min_distance);
-      const unsigned asks = __ballot_sync(kAllLanes, wanted && f.unclamped > 0);
-      if (lane_ == i) own_asks = asks;
-    }
-    std::uint32_t upto = static_cast<std::uint32_t>(__popc(own_asks));
-    for (int step = 1; step < 32; step *= 2) {
-      const std::uint32_t other = __shfl_up_sync(kAllLanes, upto, step);
-      if (lane_ >= step) upto += other;
-    }
-    const std::uint32_t rays = __shfl_sync(kAllLanes, upto, 31);
-    space_.seen[lane_].asks = own_asks;
-    space_.seen[lane_].sees = 0;
-    space_.seen[lane_].before = upto - static_cast<std::uint32_t>(__popc(own_asks));
-    __syncwarp();
-    for (std::uint32_t begin = 0; begin < rays; begin += 32) {
-      const std::uint32_t ray = min_of(begin + static_cast<std::uint32_t>(lane_), rays - 1);
-      int light = 0;
-      for (int step = 16; step > 0; step /= 2) {
-        if (space_.seen[light + step].before <= ray) light += step;
-      }
-      const int pixel = place_of_bit(space_.seen[light].asks, ray - space_.seen[light].before);
-      const Vec3 from = from_lane(position_, pixel);
-      if (begin + static_cast<std::uint32_t>(lane_) < rays &&
-          visibility_.template share<kind>(receiver_, from, space_.lights[light], space_.seen[light]) > 0) {
-        atomicOr(&space_.seen[light].sees, 1u << pixel);
-      }
-    }
-    __syncwarp();
-  }
-
-  /// Place of the n-th bit that is set, from 0.
-  __device__ static int place_of_bit(unsigned bits, std::uint32_t n) {
-    int place = 0;
-    for (int step = 16; step > 0; step /= 2) {
-      const auto below = static_cast<std::uint32_t>(__popc(bits >> place & ((1u << step) - 1)));
-      if (n >= below) {
-        n -= below;
-        place += step;
-      }
-    }
-    return place;
-  }
-
   __device__ void list(int kind, std::uint32_t node, unsigned lanes) const {
     const std::uint32_t place = atomicAdd(cuts_.listing.count, 1u);
     if (place >= cuts_.listing.capacity) return;
     cuts_.listing.nodes[place] = {tile_, walks_ + 1000 * static_cast<std::uint32_t>(crew), lanes,
                                   static_cast<std::uint32_t>(kind), node};
-  }
-
-  __device__ static void mark(std::uint32_t* bits, std::uint32_t light) {
-    const std::uint32_t bit = 1u << light % 32;
-    if ((bits[light / 32] & bit) == 0) atomicOr(&bits[light / 32], bit);
   }
 
   __device__ void add_counts() {
@@ -649,23 +394,8 @@ class TileCut {
     atomicAdd(&cuts_.counts->groups, static_cast<unsigned long long>(groups_));
   }
 
-  const CutJob& job_;
-  const Visibility& visibility_;
-  const CutView& cuts_;
-  Space* spaces_;
-  Space& space_;
-  Meeting* meeting_;
-  int warp_, lane_;  ///< of the crew, of the warp
-
   // This lane's pixel.
-  Receiver<FastFloat> receiver_;
-  Vec3 position_, weights_;
-  bool mine_ = false;  ///< belongs to the group that is lit now
-  Vec3T<double> light_{};
-  double lost_ = 0;
-  Vec3 block_{};
-  float block_lost_ = 0;
-  std::uint32_t size_ = 0, rays_ = 0;
+  std::uint32_t size_ = 0;
   float bound_ = 0;
   bool at_limit_ = false;
 
@@ -678,12 +408,9 @@ class TileCut {
   float threshold_ = 0;      ///< the pixel's
   std::uint32_t found_ = 0;
   unsigned lanes_ = 0;
-  bool heavy_ = false;   ///< too many nodes for this crew
-  bool missed_ = false;  ///< some light could not be looked at: what follows shows which else there will be
-  float arrives_ = 1;    ///< of the light, about, at the tile
 
   std::uint32_t tile_ = 0;
-  std::uint32_t pairs_ = 0, visits_ = 0, walks_ = 0, groups_ = 0;
+  std::uint32_t visits_ = 0, walks_ = 0, groups_ = 0;
 };
 
 }  // namespace lightcuts::cuda

@@ -15,6 +15,8 @@
 #include "cpu/tree/build_light_trees.h"
 #include "cpu/tree/leaf_clusters.h"
 #include "cpu/tree/ploc.h"
+#include "kernels/group_bound.h"
+#include "math/frame.h"
 #include "oracle/classic_bound.h"
 #include "oracle/cut_oracle.h"
 #include "oracle/synthetic_room.h"
@@ -181,6 +183,51 @@ void print_quantiles(const char* name, std::vector<double> ratios) {
   fmt::print("  of {} nodes\n", ratios.size());
 }
 
+/// Sixteen points of a square of the plane through a point.
+std::vector<CutPoint> square_around(const CutPoint& middle, float side) {
+  const Frame frame = make_frame(middle.normal);
+  std::vector<CutPoint> square(16, middle);
+  for (int i = 0; i < 16; ++i) {
+    const float s = static_cast<float>(i % 4) / 3 - 0.5f, t = static_cast<float>(i / 4) / 3 - 0.5f;
+    square[static_cast<std::size_t>(i)].position += frame.x * (side * s) + frame.y * (side * t);
+  }
+  return square;
+}
+
+ReceiverGroup<double> group_of(const std::vector<CutPoint>& points) {
+  Box box;
+  for (const CutPoint& point : points) box = extend(box, point.position);
+  const Vec3 axis = points[0].normal;
+  float gain_lo = kInfinity, gain_hi = kInfinity;
+  for (const CutPoint& point : points) {
+    gain_lo = std::min(gain_lo, gap_to_end(-axis, box, point.position));
+    gain_hi = std::min(gain_hi, gap_to_end(axis, box, point.position));
+  }
+  return receiver_group<double>(box, axis, 1, gain_lo, gain_hi);
+}
+
+/// The same for groups of points, over the nodes of their middle's cuts.
+void group_bounds(const RoomCase& room, const LightTree& tree, double error) {
+  for (const float share : {0.0f, 0.005f, 0.02f, 0.05f}) {
+    std::vector<double> ratios;
+    for (const CutPoint& middle : room.points) {
+      const std::vector<CutPoint> square = square_around(middle, share * oracle::SyntheticRoom::diagonal());
+      const ReceiverGroup<double> group = group_of(square);
+      for (const std::uint32_t index : oracle::heap_cut(tree, room.lights, middle, error).nodes) {
+        const LightNode& node = tree.nodes[index];
+        if (node.is_leaf()) continue;
+        double largest = 0;
+        for (const CutPoint& point : square) largest = std::max(largest, true_maximum(tree, room.lights, point, index));
+        if (!(largest > 0)) continue;
+        const auto wide = [](Vec3 v) { return Vec3T<double>{v.x, v.y, v.z}; };
+        const ClusterBounds<double> lights{wide(node.box.lo), wide(node.box.hi), wide(node.axis), node.cos_half_angle};
+        ratios.push_back(group_vpl_bound(group, lights, middle.clamp * middle.clamp) / largest);
+      }
+    }
+    print_quantiles(fmt::format("groups {:g} %", 100 * share).c_str(), ratios);
+  }
+}
+
 /// Bound over true maximum of the inner nodes of cuts, and what cuts would be with other bounds.
 void bounds(const Options& options) {
   for (const std::size_t n : options.lights) {
@@ -203,6 +250,7 @@ void bounds(const Options& options) {
     fmt::print("{} lights; bound / true maximum at quantiles 0, 5, 25, 50, 75, 95, 99 %\n", n);
     print_quantiles("ours", ours);
     print_quantiles("classic", classic);
+    group_bounds(room, tree, options.error);
     fmt::print("mean cut: classic {:.1f}, ours {:.1f}, ideal {:.1f}\n",
                measure_cuts(room, tree, options.error, oracle::classic_bound).size,
                measure_cuts(room, tree, options.error, oracle::node_bound).size,

@@ -19,21 +19,22 @@ LC_LANES_FN GroupCodes load_codes(const GroupMap* maps, int first, int count, La
   for (int lane = 0; lane < Lanes::kCount; ++lane) {
     const std::uint16_t* codes =
         maps[first + (lane < count ? lane : 0)].codes + static_cast<std::ptrdiff_t>(from[lane]);
-    for (int row = 0; row < 4; ++row) {
-      __builtin_memcpy(&halves[row][0][lane], codes + row * size, 4);
-      __builtin_memcpy(&halves[row][1][lane], codes + row * size + 2, 4);
+    for (int row = 0; row < 4; ++row, codes += size) {
+      __builtin_memcpy(&halves[row][0][lane], codes, 4);
+      __builtin_memcpy(&halves[row][1][lane], codes + 2, 4);
     }
   }
   GroupCodes out;
   alignas(64) float low[Lanes::kCount], high[Lanes::kCount];
   for (int row = 0; row < 4; ++row) {
     for (int half = 0; half < 2; ++half) {
+      const int column = 2 * half;
       for (int lane = 0; lane < Lanes::kCount; ++lane) {
         low[lane] = static_cast<float>(static_cast<std::int32_t>(halves[row][half][lane] & 0xffffu));
         high[lane] = static_cast<float>(static_cast<std::int32_t>(halves[row][half][lane] >> 16));
       }
-      out.at[row][2 * half] = Lanes::load(low);
-      out.at[row][2 * half + 1] = Lanes::load(high);
+      out.at[row][column] = Lanes::load(low);
+      out.at[row][column + 1] = Lanes::load(high);
     }
   }
   return out;

@@ -53,11 +53,11 @@ class Meeting {
       memcpy(words, &part, sizeof part);
       words[kBoardWords - 1] = flag ? 1 : 0;
       for (int i = 0; i < kBoardWords; ++i) half[(rank_ * kBoardWords + i) * 32 + lane] = words[i];
-      __threadfence();
     }
     ++held_;
     __syncthreads();
     if (threadIdx.x == 0) {
+      __threadfence();
       atomicAdd(arrivals_, 1u);
       const unsigned all = held_ * static_cast<unsigned>(blocks_);
       while (*static_cast<volatile unsigned*>(arrivals_) < all) {

@@ -52,6 +52,7 @@ __device__ inline FlatReceivers flat_receivers(unsigned lanes, Vec3 position, Ve
   const float reach = half_s + half_t;
   // Positions are off their triangle by what rounding may be.
   group.reach = alike && off <= kFlatness * reach + 1e-6f * max_component(max_of(first, -first)) ? reach : kInfinity;
+  group.off = off;
   return group;
 }
 

@@ -6,8 +6,8 @@
 
 namespace lightcuts::cuda {
 
-/// The umbras of the occluders that cover most of a group's sky, in the memory that a warp shares: what lies in one of them
-/// is in the cut, but gives nothing and needs no look. Of umbras that hide no sample of the lights that others do not hide
+/// The umbras of the occluders that cover most of a group's sky, in the memory that a warp or block shares: what lies in one of
+/// them gives nothing and needs no look. Of umbras that hide no sample of the lights that others do not hide
 /// there are none, for every node is tested against each; as on the CPU.
 template <bool wanted>
 struct Umbras {

@@ -8,11 +8,10 @@ namespace lightcuts::cuda {
 
 inline constexpr int kCutThreads = 64, kCutBlocks = 10;
 inline constexpr int kTeam = 16;       ///< warps of a block for a tile that is too much for one, or
-inline constexpr int kSmallTeam = 4;   ///< where shared memory is scarce
+inline constexpr int kSmallTeam = 4;   ///< at least, where shared memory is scarce
 inline constexpr int kCrewBlocks = 8;  ///< blocks for a tile that is too much for one
-static_assert(kTreeParts % (32 * kTeam) == 0 && kTreeParts % (32 * kSmallTeam) == 0);
 
-/// One warp a tile; tiles that are too much for one are left, by their places in the list.
+/// One warp a tile; tiles that are too much for one are left.
 template <class Visibility, bool listing>
 __global__ void __launch_bounds__(kCutThreads, kCutBlocks)
     packet_kernel(Visibility visibility, PixelView pixels, CutJob job, TileList list, SumView sums, CutView cuts) {
@@ -20,10 +19,10 @@ __global__ void __launch_bounds__(kCutThreads, kCutBlocks)
   const std::uint32_t place = (blockIdx.x * kCutThreads + threadIdx.x) / 32;
   if (place >= list.count) return;
   const std::uint32_t tile = list.tile(place);
-  const TileOutcome outcome = TileCut<Visibility, listing>(job, visibility, cuts, spaces)
-                                  .run(pixels, sums, tile * kTilePixels + threadIdx.x % 32);
+  TileCut<Visibility, listing> cut(job, visibility, cuts, spaces);
+  const TileOutcome outcome = cut.run(pixels, sums, tile * kTilePixels + threadIdx.x % 32, false);
   if (threadIdx.x % 32 != 0) return;
-  if (outcome == TileOutcome::heavy) cuts.left.add(tile);
+  if (outcome == TileOutcome::heavy) cuts.left.add(tile, cut.missed());
   if (outcome == TileOutcome::missed) list.missed.add(tile);
 }
 
@@ -39,10 +38,11 @@ __global__ void __launch_bounds__(kTeam * 32)
     if (threadIdx.x == 0) next = atomicAdd(&queue.counts[1], 1u);
     __syncthreads();
     if (next >= queue.counts[0]) return;
-    const std::uint32_t tile = queue.tiles[next];
-    const TileOutcome outcome = TileCut<Visibility, listing, Crew::block>(job, visibility, cuts, spaces)
-                                    .run(pixels, sums, tile * kTilePixels + threadIdx.x % 32);
-    if (threadIdx.x == 0 && outcome == TileOutcome::heavy) cuts.left.add(tile);
+    const std::uint32_t entry = queue.tiles[next], tile = entry & ~TileQueue::kMissed;
+    TileCut<Visibility, listing, Crew::block> cut(job, visibility, cuts, spaces);
+    const TileOutcome outcome =
+        cut.run(pixels, sums, tile * kTilePixels + threadIdx.x % 32, (entry & TileQueue::kMissed) != 0);
+    if (threadIdx.x == 0 && outcome == TileOutcome::heavy) cuts.left.add(tile, cut.missed());
     if (threadIdx.x == 0 && outcome == TileOutcome::missed) missed.add(tile);
     __syncthreads();
   }
@@ -61,9 +61,10 @@ __global__ void __launch_bounds__(kTeam * 32)
                   static_cast<int>(blockIdx.x % static_cast<unsigned>(blocks)));
   const std::uint32_t count = queue.counts[0];
   for (std::uint32_t i = crew; i < count; i += crews) {
-    const std::uint32_t tile = queue.tiles[i];
-    const TileOutcome outcome = TileCut<Visibility, listing, Crew::blocks>(job, visibility, cuts, spaces, &meeting)
-                                    .run(pixels, sums, tile * kTilePixels + threadIdx.x % 32);
+    const std::uint32_t entry = queue.tiles[i], tile = entry & ~TileQueue::kMissed;
+    const TileOutcome outcome =
+        TileCut<Visibility, listing, Crew::blocks>(job, visibility, cuts, spaces, &meeting)
+            .run(pixels, sums, tile * kTilePixels + threadIdx.x % 32, (entry & TileQueue::kMissed) != 0);
     if (meeting.rank() == 0 && threadIdx.x == 0 && outcome == TileOutcome::missed) missed.add(tile);
     __syncthreads();
   }
@@ -87,15 +88,22 @@ void start_packets(Device& device, const Visibility& see, const PixelView& pixel
   const auto team = team_kernel<Visibility, listing>;
   const auto crew = crew_kernel<Visibility, listing>;
   constexpr int each = static_cast<int>(sizeof(WarpSpace<Visibility>));
-  const int team_warps = kTeam * each + 1024 <= device.shared_memory() ? kTeam : kSmallTeam, bytes = team_warps * each;
+  int team_warps = kTeam;
+  while (team_warps > kSmallTeam && team_warps * each + 1024 > device.shared_memory()) team_warps /= 2;
+  const int bytes = team_warps * each;
   check(cudaFuncSetAttribute(team, cudaFuncAttributeMaxDynamicSharedMemorySize, bytes), "setting up a kernel");
   check(cudaFuncSetAttribute(crew, cudaFuncAttributeMaxDynamicSharedMemorySize, bytes), "setting up a kernel");
   const int multiprocessors = device.multiprocessors();
-  view.left = for_crews;
+  int resident = 0;
+  check(
+      cudaOccupancyMaxActiveBlocksPerMultiprocessor(&resident, crew, team_warps * 32, static_cast<std::size_t>(bytes)),
+      "planning a cut");
+  view.left = resident > 0 ? for_crews : TileQueue{};
   team<<<static_cast<unsigned>(2 * multiprocessors), team_warps * 32, bytes, device.stream()>>>(
       see, pixels, job, for_blocks, list.missed, sums, view);
   check(cudaGetLastError(), "cutting light trees");
 
+  if (resident == 0) return;
   int blocks = std::min(kCrewBlocks, multiprocessors);
   const int crews = multiprocessors / blocks;
   DeviceBuffer<unsigned long long> board(device, crews * Meeting::board_words(static_cast<std::size_t>(blocks)));

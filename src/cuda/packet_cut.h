@@ -30,12 +30,16 @@ struct CutListing {
   bool own_cuts = false;  ///< as where looking at a light is dear
 };
 
-/// Tiles to be lit by a larger crew, in no order.
+/// Tiles to be lit by a larger crew, in no order; with a mark where the smaller one already missed maps.
 struct TileQueue {
+  static constexpr std::uint32_t kMissed = 1u << 31;
+
   std::uint32_t* tiles = nullptr;   ///< with room for all
   std::uint32_t* counts = nullptr;  ///< how many there are, and how many of them were taken
 #if defined(__CUDACC__)
-  __device__ void add(std::uint32_t tile) const { tiles[atomicAdd(&counts[0], 1u)] = tile; }
+  __device__ void add(std::uint32_t tile, bool missed) const {
+    tiles[atomicAdd(&counts[0], 1u)] = tile | (missed ? kMissed : 0u);
+  }
 #endif
 };
 

@@ -53,8 +53,13 @@ class TileCut : TileLight<Visibility, crew> {
                      Meeting* meeting = nullptr)
       : Base(job, visibility, cuts, spaces, meeting) {}
 
+  /// Whether some light could not be looked at.
+  [[nodiscard]] __device__ bool missed() const { return missed_; }
+
   /// Nothing is written of a tile that is left.
-  __device__ TileOutcome run(const PixelView& pixels, const SumView& sums, std::uint32_t slot) {
+  /// @param missed  by the smaller crew that left it: then it is walked only to find out which other maps will be missed
+  __device__ TileOutcome run(const PixelView& pixels, const SumView& sums, std::uint32_t slot, bool missed) {
+    missed_ = missed;
     this->open_pixel(pixels, slot);
     tile_ = slot / kTilePixels;
     const bool lit = mine_;
@@ -212,7 +217,7 @@ class TileCut : TileLight<Visibility, crew> {
   __device__ bool fits(float scale) {
     fit_scale_ = scale;
     walk_all<true>(job_.max_cut);
-    return !__any_sync(kAllLanes, mine_ && found_ > job_.max_cut);
+    return heavy_ || !__any_sync(kAllLanes, mine_ && found_ > job_.max_cut);
   }
 
   // --- The walk ---
@@ -390,6 +395,7 @@ class TileCut : TileLight<Visibility, crew> {
     atomicAdd(&cuts_.counts->pairs, static_cast<unsigned long long>(pairs_));
     if (lane_ != 0) return;
     atomicAdd(&cuts_.counts->visits, static_cast<unsigned long long>(visits_));
+    if (warp_ != 0) return;
     atomicAdd(&cuts_.counts->walks, static_cast<unsigned long long>(walks_));
     atomicAdd(&cuts_.counts->groups, static_cast<unsigned long long>(groups_));
   }

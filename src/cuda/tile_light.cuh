@@ -8,7 +8,6 @@
 
 namespace lightcuts::cuda {
 
-/// Of a warp.
 inline constexpr int kStack = 256;   ///< nodes to go below
 inline constexpr int kChosen = 256;  ///< nodes that are summed together, in single precision
 
@@ -188,7 +187,7 @@ class TileLight {
       part.light = {total, offered, arrived};
       part.rays = rays_;
       const CrewPart sum = add_up(part);
-      total = static_cast<float>(sum.light.x);
+      total = static_cast<float>(fmin(sum.light.x, 3e38));
       offered = static_cast<float>(sum.light.y);
       arrived = static_cast<float>(sum.light.z);
       rays_ = warp_ == 0 ? sum.rays : 0;
@@ -210,9 +209,9 @@ class TileLight {
       __syncwarp();
       if constexpr (Visibility::traces) trace_chosen<kind>(first, here);
       for (int i = 0; i < here; ++i) {
-        const bool wanted = !kOwnCuts || (space_.chosen[first + i].lanes >> lane_ & 1u) != 0;
+        const bool wanted = mine_ && (!kOwnCuts || (space_.chosen[first + i].lanes >> lane_ & 1u) != 0);
         add_seen<kind>(space_.lights[i], space_.seen[i], wanted);
-        if (wanted && mine_) ++pairs_;
+        if (wanted) ++pairs_;
       }
     }
     close_block(mine_);
@@ -224,7 +223,7 @@ class TileLight {
     const LightNode& node = job_.trees.kind[kind].nodes[index];
     const std::uint32_t light = node.representative;
     space_.lights[lane_] = stage_light<kind>(job_.lights, light, node.intensity);
-    if (cuts_.used[kind] != nullptr) mark(cuts_.used[kind], light);
+    if (cuts_.used[kind] != nullptr && !missed_) mark(cuts_.used[kind], light);
     typename Visibility::Staged seen;
     if (!visibility_.template stage<kind>(light, arrives_, seen)) missed_ = true;
     visibility_.template look<kind>(space_.group, seen);

@@ -14,10 +14,14 @@ struct FlatReceivers {
   Vec3 half_a, half_b;  ///< [m]
   Vec3 ng;              ///< unit normal of the plane
   float reach;          ///< |half_a| + |half_b| [m]; infinite where the receivers lie in no plane
+  float off = 0;        ///< at most, of a receiver from the plane [m]
 };
 
-/// How far receivers may lie off their plane, as a share of their reach.
-inline constexpr float kFlatness = 2e-3f;
+/// How far receivers may lie off their plane, as a share of their reach, and of their distance from a light that is looked at.
+inline constexpr float kFlatness = 2e-3f, kFlatnessSeen = 1e-4f;
+
+/// A plane seen at a smaller cosine is told by each receiver for itself: lookups take such cosines for kLeastFacing.
+inline constexpr float kLeastFacingOfGroup = 1.3f * kLeastFacing;
 
 /// Not all receivers get the same, or it is not known that they do: each has to look for itself.
 inline constexpr float kEachItsOwn = -1;
@@ -42,7 +46,7 @@ LC_KERNEL TexelSpan texel_span(float at, float reach, int size) {
 
 }  // namespace detail
 
-/// What look_up_map says of a paraboloid map for each of the receivers, 0 for those that lie behind the light; kEachItsOwn where
+/// What look_up_map says of a VPL's map for each of the receivers, 0 for those that lie behind the light; kEachItsOwn where
 /// that differs between them, or where they are too far apart to say.
 ///
 /// With E = (distance of the middle / distance of the tap's place on the receivers' plane), a tap passes where
@@ -59,7 +63,8 @@ LC_KERNEL float look_up_group(const MapRecord& map, const FlatReceivers& receive
   const float height = std::fabs(a_z) + std::fabs(b_z);
   const float inverse = detail::quick_inverse_root(larger(dot(local, local), 1e-30f));
   const float share = receivers.reach * inverse;
-  if (!(share < 0.2f)) return kEachItsOwn;
+  const float off = receivers.off * inverse;
+  if (!(share < 0.2f && off < kFlatnessSeen)) return kEachItsOwn;
   if (local.z + 1.01f * height < 0) return 0;
   if (!(local.z - 1.01f * height > 0)) return kEachItsOwn;
 
@@ -84,9 +89,9 @@ LC_KERNEL float look_up_group(const MapRecord& map, const FlatReceivers& receive
 
   // How far the receivers' comparisons differ from the middle's.
   const float facing = std::fabs(dot(local, normal)) * inverse;
+  if (facing < kLeastFacingOfGroup) return kEachItsOwn;
   const float wander = reach_u + reach_v;
-  const float room = (4.2f * (1.6f * texel + wander) * wander + 2 * kFlatness * share + 1e-5f) *
-                     detail::quick_reciprocal(larger(facing, kLeastFacing));
+  const float room = (4.2f * (1.6f * texel + wander) * wander + 2 * off + 1e-5f) * detail::quick_reciprocal(facing);
   const float away = std::fabs(away_a) + std::fabs(away_b);
   const float nearer = away * inverse + share * share;  // at most, as a share
   const float least = 1 - nearer, most = 1 + 1.4f * nearer;

@@ -67,6 +67,7 @@ FlatReceivers flat_receivers(std::span<const SurfacePacket> packets, const Pixel
   flat.half_b = b * half_t;
   // Positions are off their triangle by what rounding may be.
   if (off <= kFlatness * reach + 1e-6f * max_component(absolute(first))) flat.reach = reach;
+  flat.off = off;
   return flat;
 }
 

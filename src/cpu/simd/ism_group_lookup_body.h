@@ -59,7 +59,7 @@ LC_LANES_FN void look_up_group_lanes(const FlatReceivers& receivers, const Group
   const Lanes height = absolute(a.z) + absolute(b.z), reach(receivers.reach);
   const Lanes distance_sq = max_of(dot(local, local), Lanes(1e-30f));
   const Lanes inverse = quick_inverse_root(distance_sq), distance = distance_sq * inverse;
-  const Lanes near = reach * inverse;
+  const Lanes near = reach * inverse, off = Lanes(receivers.off) * inverse;
   const Mask behind = local.z + Lanes(1.01f) * height < zero;
 
   // Where the receivers lie on the map.
@@ -76,21 +76,21 @@ LC_LANES_FN void look_up_group_lanes(const FlatReceivers& receivers, const Group
   const Lanes y_lo = floor_of(place_y - slack_y + mid), y_hi = floor_of(place_y + slack_y + mid);
   const Lanes last(static_cast<float>(size - 2) + 0.5f);
   const Lanes wide = x_hi - x_lo, tall = y_hi - y_lo;
-  const Mask fits = (near < Lanes(0.2f)) & (local.z - Lanes(1.01f) * height > zero) & (x_lo > mid) & (x_hi < last) &
-                    (y_lo > mid) & (y_hi < last) & (wide < Lanes(1.5f)) & (tall < Lanes(1.5f));
+  const Lanes facing = dot(local, normal) * inverse;
+  const Mask seen_flat = (off < Lanes(kFlatnessSeen)) & (absolute(facing) > Lanes(kLeastFacingOfGroup));
+  const Mask fits = seen_flat & (near < Lanes(0.2f)) & (local.z - Lanes(1.01f) * height > zero) & (x_lo > mid) &
+                    (x_hi < last) & (y_lo > mid) & (y_hi < last) & (wide < Lanes(1.5f)) & (tall < Lanes(1.5f));
   const std::uint32_t asking = bits(fits);
   Lanes found(kEachItsOwn);
   if (asking != 0) {
     // How far the receivers' comparisons differ from the middle's.
-    const Lanes facing = dot(local, normal) * inverse;
     const Lanes slope = (texel * sum) * (inverse * inverse_facing(facing));
     const Lanes minus_along = -facing - normal.z;
     const Lanes change_x = slope * (u * minus_along + normal.x), change_y = slope * (v * minus_along + normal.y);
     const Lanes start = change_x * (x_lo - one - place_x) + (change_y * (y_lo - one - place_y) + one);
     const Lanes wander = reach_u + reach_v;
-    const Lanes room =
-        (Lanes(4.2f) * (Lanes(1.6f) * texel + wander) * wander + Lanes(2 * kFlatness) * near + Lanes(1e-5f)) *
-        quick_reciprocal(max_of(absolute(facing), Lanes(kLeastFacing)));
+    const Lanes room = (Lanes(4.2f) * (Lanes(1.6f) * texel + wander) * wander + Lanes(2.0f) * off + Lanes(1e-5f)) *
+                       quick_reciprocal(max_of(absolute(facing), Lanes(kLeastFacing)));
     const Lanes away = absolute(away_a) + absolute(away_b);
     const Lanes nearer = away * inverse + near * near;
     const Lanes least = one - nearer, most = one + Lanes(1.4f) * nearer;
@@ -128,7 +128,7 @@ LC_LANES_FN void look_up_group_lanes(const FlatReceivers& receivers, const Group
     found = select(Mask{lanes_of(asking & ~unsure)}, (Lanes(static_cast<float>(kTaps)) - stopped) * Lanes(1.0f / kTaps),
                    found);
   }
-  found = select(behind & (near < Lanes(0.2f)), zero, found);
+  found = select(behind & (near < Lanes(0.2f)) & (off < Lanes(kFlatnessSeen)), zero, found);
   found.store(share + first);
 }
 

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <chrono>
 #include <ctime>
+#include <exception>
 #include <string>
 #include <vector>
 
@@ -93,9 +94,10 @@ void print_cuts(const std::string& name, std::size_t light_count, Metric metric,
 
 void metrics(const Options& options) {
   for (const std::size_t n : options.lights) {
-    for (int m = 0; m < 5; ++m)
+    for (int m = 0; m < 5; ++m) {
       print_cuts("greedy", n, static_cast<Metric>(m), options,
                  [](const LeafClusters& l) { return build_agglomerative(l); });
+    }
   }
 }
 
@@ -112,14 +114,16 @@ void builders(const Options& options) {
 
 void ploc(const Options& options) {
   for (const std::size_t n : options.lights) {
-    for (const std::uint32_t radius : {2u, 4u, 8u, 16u, 31u})
+    for (const std::uint32_t radius : {2u, 4u, 8u, 16u, 31u}) {
       print_cuts(fmt::format("radius {}", radius), n, Metric::walter, options, [&](const LeafClusters& l) {
         return build_ploc(l, {.radius = radius, .greedy_below = 256, .layout = {}});
       });
-    for (const std::uint32_t below : {1u, 2048u, 16384u})
+    }
+    for (const std::uint32_t below : {1u, 2048u, 16384u}) {
       print_cuts(fmt::format("greedy below {}", below), n, Metric::walter, options, [&](const LeafClusters& l) {
         return build_ploc(l, {.radius = 8, .greedy_below = below, .layout = {}});
       });
+    }
     for (const LightKeyLayout key :
          {LightKeyLayout{21, 0, 0}, {16, 5, 0}, {16, 5, 1}, {16, 5, 3}, {16, 2, 0}, {16, 1, 0}}) {
       const std::string name = fmt::format("key {} {} {}", key.position_bits, key.direction_bits, key.direction_level);
@@ -188,7 +192,8 @@ std::vector<CutPoint> square_around(const CutPoint& middle, float side) {
   const Frame frame = make_frame(middle.normal);
   std::vector<CutPoint> square(16, middle);
   for (int i = 0; i < 16; ++i) {
-    const float s = static_cast<float>(i % 4) / 3 - 0.5f, t = static_cast<float>(i / 4) / 3 - 0.5f;
+    const int column = i % 4, row = i / 4;
+    const float s = static_cast<float>(column) / 3 - 0.5f, t = static_cast<float>(row) / 3 - 0.5f;
     square[static_cast<std::size_t>(i)].position += frame.x * (side * s) + frame.y * (side * t);
   }
   return square;
@@ -258,11 +263,7 @@ void bounds(const Options& options) {
   }
 }
 
-}  // namespace
-}  // namespace lightcuts
-
-int main(int argc, char** argv) {
-  using namespace lightcuts;
+int run(int argc, char** argv) {
   CLI::App app{"Measures light trees on a synthetic room."};
   app.require_subcommand(1);
   app.fallthrough();
@@ -278,4 +279,16 @@ int main(int argc, char** argv) {
   app.add_subcommand("bounds", "tightness of the bounds")->callback([&] { bounds(options); });
   CLI11_PARSE(app, argc, argv);
   return 0;
+}
+
+}  // namespace
+}  // namespace lightcuts
+
+int main(int argc, char** argv) {
+  try {
+    return lightcuts::run(argc, argv);
+  } catch (const std::exception& e) {
+    fmt::print(stderr, "{}\n", e.what());
+    return 1;
+  }
 }

@@ -217,27 +217,26 @@ void run(const Request& request) {
 }  // namespace lightcuts
 
 int main(int argc, char** argv) {
-  lightcuts::Request request;
-  CLI::App app("Instant Radiosity with shadow rays against the path tracer, a Markdown row a number of VPLs");
-  app.add_option("scene", request.scene, "a scene file or builtin:NAME")->required();
-  app.add_option("--camera", request.camera, "camera by name or number");
-  app.add_option("--size", request.size, "pixels a side")->capture_default_str();
-  app.add_option("--samples", request.samples, "paths a pixel of the reference, even")->capture_default_str();
-  app.add_option("--vpls", request.vpls, "numbers of VPLs")->capture_default_str();
-  app.add_option("--min-distance", request.min_distance, "clamp, as a fraction of the scene's diagonal");
-  app.add_option("--seeds", request.seeds, "pictures of different seeds a row")->capture_default_str();
-  app.add_option("--many", request.many,
-                 "compare with the sum over so many VPLs, twice, with the same clamp, instead of with paths");
-  app.add_option("--vpl-placement", request.placement, "power or camera")->check(CLI::IsMember({"power", "camera"}));
-  app.add_option("--backend", request.backend, "of the sums over VPLs")->check(CLI::IsMember({"cpu", "cuda"}));
-  app.add_option("--output", request.output, "write PREFIX-N.exr and PREFIX-path.exr");
-  CLI11_PARSE(app, argc, argv);
-  fmt::print(
-      "| scene | VPLs | relmse | away from the clamp | the reference's noise in it | away, without that noise | of it "
-      "shared by all seeds | "
-      "clamped pixels | mean / reference's |\n"
-      "|---|---:|---:|---:|---:|---:|---:|---:|---:|\n");
   try {
+    lightcuts::Request request;
+    CLI::App app("Instant Radiosity with shadow rays against the path tracer, a Markdown row a number of VPLs");
+    app.add_option("scene", request.scene, "a scene file or builtin:NAME")->required();
+    app.add_option("--camera", request.camera, "camera by name or number");
+    app.add_option("--size", request.size, "pixels a side")->capture_default_str();
+    app.add_option("--samples", request.samples, "paths a pixel of the reference, even")->capture_default_str();
+    app.add_option("--vpls", request.vpls, "numbers of VPLs")->capture_default_str();
+    app.add_option("--min-distance", request.min_distance, "clamp, as a fraction of the scene's diagonal");
+    app.add_option("--seeds", request.seeds, "pictures of different seeds a row")->capture_default_str();
+    app.add_option("--many", request.many,
+                   "compare with the sum over so many VPLs, twice, with the same clamp, instead of with paths");
+    app.add_option("--vpl-placement", request.placement, "power or camera")->check(CLI::IsMember({"power", "camera"}));
+    app.add_option("--backend", request.backend, "of the sums over VPLs")->check(CLI::IsMember({"cpu", "cuda"}));
+    app.add_option("--output", request.output, "write PREFIX-N.exr and PREFIX-path.exr");
+    CLI11_PARSE(app, argc, argv);
+    fmt::print(
+        "| scene | VPLs | relmse | away from the clamp | the reference's noise in it | away, without that noise "
+        "| of it shared by all seeds | clamped pixels | mean / reference's |\n"
+        "|---|---:|---:|---:|---:|---:|---:|---:|---:|\n");
     lightcuts::run(request);
   } catch (const std::exception& error) {
     fmt::print(stderr, "{}\n", error.what());

@@ -20,7 +20,8 @@ Halves trace_centres(const Scene& scene, const Camera& camera, int side, std::ui
   Halves halves{make_rgb_image(side, side), make_rgb_image(side, side)};
   tbb::parallel_for(0, side * side, [&](int i) {
     if (progress && !progress("reference", 0)) return;
-    const Ray ray = camera_ray(view, static_cast<float>(i % side) + 0.5f, static_cast<float>(i / side) + 0.5f);
+    const int x = i % side, y = i / side;
+    const Ray ray = camera_ray(view, static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f);
     for (std::uint32_t half = 0; half < 2; ++half) {
       Vec3T<double> sum;
       for (std::uint32_t s = 0; s < samples; ++s) {

@@ -85,6 +85,7 @@ constexpr double kMostError = 0.04;
 void add_rows(Study& study, Table& table, std::uint64_t n, const std::vector<Json>& seeds) {
   for (const Way& way : ways()) {
     std::vector<double> cuts;
+    cuts.reserve(seeds.size());
     for (const Json& seed : seeds) cuts.push_back(seed[way.name()]["cut"]);
     const Spread spread = spread_of(cuts);
     const Json& first = seeds.front()[way.name()];

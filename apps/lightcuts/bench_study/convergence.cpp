@@ -84,7 +84,8 @@ class Race {
       image = shade(shade_options(way.method, way.visibility));
       const StageTimes device = study_.backend().stage_times();
       const double tree_ms = way.method == Method::lightcuts ? device.tree : 0;
-      return stage_time(watch, device.shade > 0 ? device.vpls + tree_ms + device.shade : 0);
+      const double shade_ms = picture_ms(device);
+      return stage_time(watch, shade_ms > 0 ? device.vpls + tree_ms + shade_ms : 0);
     });
     return with_error(std::move(found), image, *centres_);
   }
@@ -106,7 +107,7 @@ class Race {
     Json found = repeated([&] {
       const Stopwatch watch;
       image = shade(options);
-      return stage_time(watch, study_.backend().stage_times().shade);
+      return stage_time(watch, picture_ms(study_.backend().stage_times()));
     });
     return with_error(std::move(found), image, *pixels_);
   }
@@ -141,7 +142,7 @@ void make_convergence(Study& study) {
               {"room", "method", "vpls_or_paths", "side", "seconds", "low", "high", "cpu_seconds", "repeats", "relmse",
                "standard_error", "source"},
               {}};
-  for_each_room(study, [&](const Room& room) { Race(study, room).run(table); });
+  for_each_room(study, [&](const Room& room) { study.until_stopped([&] { Race(study, room).run(table); }); });
   study.add(table);
 }
 

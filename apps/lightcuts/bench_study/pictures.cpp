@@ -113,7 +113,7 @@ class Gallery {
     Statistics statistics;
     const Stopwatch watch;
     trace(statistics);
-    const Time time = stage_time(watch, study_.backend().stage_times().shade);
+    const Time time = stage_time(watch, picture_ms(study_.backend().stage_times()));
     const float exposure = auto_exposure(*reference_);
     save("path", tone_map(*reference_, exposure));
     return {{"wall_s", time.wall_s}, {"cpu_s", time.cpu_s}};
@@ -165,8 +165,8 @@ class Gallery {
       const Stopwatch watch;
       image = shade(way, statistics);
       const StageTimes device = study_.backend().stage_times();
-      const double tree_ms = way.method == Method::lightcuts ? device.tree : 0;
-      return stage_time(watch, device.shade > 0 ? tree_ms + device.shade : 0);
+      const double tree_ms = way.method == Method::lightcuts ? device.tree : 0, shade_ms = picture_ms(device);
+      return stage_time(watch, shade_ms > 0 ? tree_ms + shade_ms : 0);
     });
     const Comparison c = compare(image, *reference_);
     found["off_all_lights_percent"] = nullptr;
@@ -209,7 +209,7 @@ void make_pictures(Study& study) {
               {"room", "method", "side", "samples", "seconds", "low", "high", "cpu_seconds", "repeats", "relmse",
                "flip", "signed_error_percent", "off_all_lights_percent", "mean_cut", "source"},
               {}};
-  for_each_room(study, [&](const Room& room) { Gallery(study, room).make(table); });
+  for_each_room(study, [&](const Room& room) { study.until_stopped([&] { Gallery(study, room).make(table); }); });
   study.add(table);
 }
 

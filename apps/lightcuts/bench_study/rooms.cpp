@@ -36,6 +36,8 @@ Time stage_time(const Stopwatch& watch, double device_ms) {
   return device_ms > 0 ? Time{device_ms / 1e3, device_ms / 1e3} : watch.elapsed();
 }
 
+double picture_ms(const StageTimes& times) { return times.shade > 0 ? times.shade + times.points : 0; }
+
 double mean_error(const Image& image, const Image& reference) { return compare(image, reference).mean_relative_error; }
 
 }  // namespace lightcuts::app::study

@@ -28,6 +28,9 @@ std::uint64_t memory_budget();
 /// says.
 Time stage_time(const Stopwatch& watch, double device_ms);
 
+/// Time of the last picture on the device [ms], of what was made for its shadow maps too; 0 where it was not measured.
+double picture_ms(const StageTimes& times);
+
 /// Mean of |a - b| / b of luminance, as `lightcuts compare` has it.
 double mean_error(const Image& image, const Image& reference);
 

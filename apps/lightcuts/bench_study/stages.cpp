@@ -1,5 +1,6 @@
-// What each stage costs, and what it takes in memory, by the number of lights: each measurement is a program of its own,
-// since a program's peak of memory never falls.
+// What each stage costs, and what it takes in memory, by the number of lights. Memory is asked of programs that make one
+// picture each, since a program's peak never falls. On a CPU they tell what their stages took, too; a GPU's first
+// picture mostly loads kernels, so its stages are timed here, by the device, once they are warm.
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -8,10 +9,12 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <fstream>
 #include <vector>
 
 #include "bench_study/rooms.h"
+#include "bench_study/series.h"
 #include "bench_study/study.h"
 #include "exit_status.h"
 #include "lightcuts/error.h"
@@ -63,12 +66,14 @@ class Scratch {
 
 struct Way {
   const char* name;
-  const char* method;
-  const char* visibility;
+  Method method;
+  Visibility visibility;
 };
-constexpr Way kWays[] = {{"cut, rays", "lightcuts", "rays"},
-                         {"cut, shadow maps", "lightcuts", "ism"},
-                         {"all lights, none", "instant-radiosity", "none"}};
+constexpr Way kWays[] = {{"cut, rays", Method::lightcuts, Visibility::rays},
+                         {"cut, shadow maps", Method::lightcuts, Visibility::ism},
+                         {"all lights, none", Method::instant_radiosity, Visibility::none}};
+constexpr const char* kStages[] = {"bvh", "vpls", "tree", "shadow_maps", "shade"};
+using StageMs = std::array<double, std::size(kStages)>;
 
 /// What one run of the program says of itself.
 Json run_program(Study& study, const Way& way, std::uint64_t count) {
@@ -78,13 +83,13 @@ Json run_program(Study& study, const Way& way, std::uint64_t count) {
                                  "builtin:study",
                                  "--quiet",
                                  "--method",
-                                 way.method,
+                                 name_of(way.method, kMethods),
                                  "--size",
                                  fmt::format("{0}x{0}", side),
                                  "--vpls",
                                  std::to_string(count),
                                  "--visibility",
-                                 way.visibility,
+                                 name_of(way.visibility, kVisibilities),
                                  "--backend",
                                  study.on_cpu() ? "cpu" : "cuda",
                                  "--device",
@@ -102,27 +107,62 @@ Json run_program(Study& study, const Way& way, std::uint64_t count) {
   return Json::parse(in);
 }
 
-/// Middle one of what several runs say under one name of one group, with its spread.
-Repeats repeats_of(const std::vector<Json>& runs, const char* group, const char* name) {
-  std::vector<double> values;
-  for (const Json& run : runs) values.push_back(run[group][name]);
-  return summarise(values);
+StageMs stages_of(const Json& run) {
+  StageMs ms{};
+  for (std::size_t i = 0; i < ms.size(); ++i) ms[i] = run["time_ms"][kStages[i]];
+  return ms;
 }
 
-Json measure_program(Study& study, const Way& way, std::uint64_t count) {
-  std::vector<Json> runs;
-  const Json times = time_repeatedly(std::min(3, study.sizes().repeats), study.request().budget_s / 8,
-                                     [&] { runs.push_back(run_program(study, way, count)); });
-  Json found{{"maps", runs[0]["shadow_maps"]["count"]},
-             {"vpls", runs[0]["vpls"]["count"]},
-             {"process_s", times["wall_s"]},
-             {"repeats", times["repeats"]}};
-  for (const char* stage : {"bvh", "vpls", "tree", "shadow_maps", "shade"}) {
-    const Repeats r = repeats_of(runs, "time_ms", stage);
-    found["stages"][stage] = {{"ms", r.median}, {"low", r.low}, {"high", r.high}};
+/// One picture from the scene on, by the backend under test, whose device tells the time.
+StageMs run_here(Study& study, const Way& way, std::uint64_t count) {
+  Backend& backend = study.backend();
+  backend.forget_maps();
+  const Stopwatch loading;
+  backend.set_scene(study_room(), study.progress());
+  const double bvh_ms = 1e3 * loading.elapsed().wall_s;
+  VplOptions vpls;
+  vpls.count = count;
+  backend.trace_vpls(vpls, study.progress());
+  study.stop_if_asked();
+  const bool cut = way.method == Method::lightcuts;
+  if (cut) backend.build_light_tree({}, study.progress());
+  Statistics unused;
+  study.shade(study_room().cameras[0], study.sizes().stage_side, shade_options(way.method, way.visibility), unused);
+  const StageTimes ms = backend.stage_times();
+  const double drawing = ms.shadow_maps - ms.points;  // maps of cuts' lights are drawn while lights are chosen
+  return {bvh_ms, ms.vpls, cut ? ms.tree : 0, ms.shadow_maps, ms.shade - drawing};
+}
+
+Json measure_stages(Study& study, const Way& way, std::uint64_t count) {
+  std::vector<StageMs> stages;
+  std::vector<Json> programs;
+  const int repeats = std::min(3, study.sizes().repeats);
+  const double limit_s = study.request().budget_s / 8;
+  const Json times = time_repeatedly(study.on_cpu() ? repeats : 1, limit_s,
+                                     [&] { programs.push_back(run_program(study, way, count)); });
+  if (study.on_cpu()) {
+    for (const Json& program : programs) stages.push_back(stages_of(program));
+  } else {
+    run_here(study, way, count);
+    time_repeatedly(study.sizes().repeats, limit_s, [&] { stages.push_back(run_here(study, way, count)); });
   }
+  Json found{{"maps", programs[0]["shadow_maps"]["count"]},
+             {"vpls", programs[0]["vpls"]["count"]},
+             {"process_s", times["wall_s"]},
+             {"repeats", stages.size()}};
+  double sum_ms = 0;
+  for (std::size_t i = 0; i < std::size(kStages); ++i) {
+    std::vector<double> values;
+    for (const StageMs& one : stages) values.push_back(one[i]);
+    const Repeats r = summarise(values);
+    found["stages"][kStages[i]] = {{"ms", r.median}, {"low", r.low}, {"high", r.high}};
+    sum_ms += r.median;
+  }
+  found["seconds"] = sum_ms / 1e3;
   for (const char* place : {"host_peak", "device_peak"}) {
-    found[place] = repeats_of(runs, "memory_bytes", place).median;
+    std::vector<double> values;
+    for (const Json& program : programs) values.push_back(program["memory_bytes"][place]);
+    found[place] = summarise(values).median;
   }
   return found;
 }
@@ -138,24 +178,26 @@ void make_stages(Study& study) {
               {}};
   double done = 0;
   for (const Way& way : kWays) {
-    double last_s = 0;
-    for (const std::uint64_t count : study.sizes().stage_vpls) {
-      done += 1.0 / static_cast<double>(std::size(kWays) * study.sizes().stage_vpls.size());
-      if (5 * last_s > study.request().budget_s) {
-        study.note(fmt::format("stages, {}, {} VPLs: left out, for it would take too long", way.name, count));
-        continue;
+    Series series;
+    study.until_stopped([&] {
+      for (const std::uint64_t count : study.sizes().stage_vpls) {
+        done += 1.0 / static_cast<double>(std::size(kWays) * study.sizes().stage_vpls.size());
+        if (series.expected(static_cast<double>(count)) > study.request().budget_s) {
+          study.note(fmt::format("stages, {}, {} VPLs: left out, for it would take too long", way.name, count));
+          continue;
+        }
+        const Json found = study.measure_if_built(fmt::format("stages/{}/{}", way.name, count),
+                                                  [&] { return measure_stages(study, way, count); });
+        if (found.is_null()) continue;
+        series.add(static_cast<double>(count), found["seconds"]);
+        const auto ms = [&](const char* stage) { return found["stages"][stage]["ms"]; };
+        const auto megabytes = [&](const char* place) { return found[place].get<double>() / 1e6; };
+        table.add({way.name, found["vpls"], ms("bvh"), ms("vpls"), ms("tree"), ms("shadow_maps"), ms("shade"),
+                   found["stages"]["shade"]["low"], found["stages"]["shade"]["high"], found["repeats"], found["maps"],
+                   megabytes("host_peak"), megabytes("device_peak"), kMeasured});
+        study.show_done(done);
       }
-      const Json found = study.measure_if_built(fmt::format("stages/{}/{}", way.name, count),
-                                                [&] { return measure_program(study, way, count); });
-      if (found.is_null()) continue;
-      last_s = found["process_s"];
-      const auto ms = [&](const char* stage) { return found["stages"][stage]["ms"]; };
-      const auto megabytes = [&](const char* place) { return found[place].get<double>() / 1e6; };
-      table.add({way.name, found["vpls"], ms("bvh"), ms("vpls"), ms("tree"), ms("shadow_maps"), ms("shade"),
-                 found["stages"]["shade"]["low"], found["stages"]["shade"]["high"], found["repeats"], found["maps"],
-                 megabytes("host_peak"), megabytes("device_peak"), kMeasured});
-      study.show_done(done);
-    }
+    });
   }
   study.add(table);
 }

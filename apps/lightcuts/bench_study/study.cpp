@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <exception>
 #include <utility>
 
 #include "bench_study/rooms.h"
@@ -86,20 +87,33 @@ std::vector<Part> wanted_parts(const BenchRequest& request) {
   return wanted;
 }
 
-/// Runs the parts in order; false if the user stopped them.
-bool run_parts(Study& study, const std::vector<Part>& wanted) {
+void save_results(Study& study) {
+  if (study.folder().empty()) return;
+  Json json = study.json();
+  json["complete"] = study.complete();
+  save_text(study.folder() / "study.json", json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
+}
+
+/// Runs the parts in order. Once the user stops them, the rest show what an earlier run has kept of them. A part that fails
+/// takes nothing from the others: what it threw is returned when they are done.
+std::exception_ptr run_parts(Study& study, const std::vector<Part>& wanted) {
   double total = 0, done = 0;
   for (const Part& part : wanted) total += part.share;
-  try {
-    for (const Part& part : wanted) {
-      study.begin_part(done / total, part.share / total);
-      part.make(study);
-      done += part.share;
-    }
-  } catch (const Interrupted&) {
-    return false;
+  std::exception_ptr failure;
+  for (const Part& part : wanted) {
+    study.begin_part(done / total, part.share / total);
+    study.until_stopped([&] {
+      try {
+        part.make(study);
+      } catch (const Error& error) {
+        study.note(fmt::format("{}: {}", part.name, error.what()));
+        if (!failure) failure = std::current_exception();
+      }
+    });
+    done += part.share;
+    save_results(study);
   }
-  return true;
+  return failure;
 }
 
 }  // namespace
@@ -118,6 +132,14 @@ Study::Study(const BenchRequest& request)
 
 void Study::stop_if_asked() const {
   if (Interruption::requested()) throw Interrupted{};
+}
+
+void Study::until_stopped(const std::function<void()>& work) {
+  try {
+    work();
+  } catch (const Interrupted&) {
+    complete_ = false;
+  }
 }
 
 Json Study::measure(const std::string& key, const std::function<Json()>& make) {
@@ -195,19 +217,19 @@ BenchResult run_study(const BenchRequest& request) {
   const std::vector<Part> wanted = wanted_parts(request);
   const Interruption interruption;
   Study run(request);
-  BenchResult result;
-  result.complete = run_parts(run, wanted);
+  const std::exception_ptr failure = run_parts(run, wanted);
   run.clear_progress();
+  if (failure) std::rethrow_exception(failure);
+  BenchResult result;
+  result.complete = run.complete();
   result.json = run.json();
   result.json["complete"] = result.complete;
   result.correct = run.correct();
-  if (!request.report.empty()) {
-    save_text(request.report / "study.json", result.json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
-    if (!result.complete) {
-      print_note("stopped; the same command goes on where this one ended");
-    } else {
-      make_page(request.report);
-    }
+  if (request.report.empty()) return result;
+  if (!result.complete) {
+    print_note("stopped; the same command goes on where this one ended");
+  } else {
+    make_page(request.report);
   }
   return result;
 }

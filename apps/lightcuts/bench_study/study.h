@@ -15,7 +15,7 @@
 
 namespace lightcuts::app::study {
 
-/// Thrown where the user asked to stop; what was measured before is kept.
+/// Thrown where the user asked to stop and the next result is not kept yet; what was measured before is.
 struct Interrupted {};
 
 /// A picture or figure's data that the page shows.
@@ -43,6 +43,9 @@ class Study {
   [[nodiscard]] const ProgressFn& progress() const { return progress_; }
   /// Throws Interrupted if the user asked to stop; to be called after every stage.
   void stop_if_asked() const;
+  /// Does `work` until it ends or is interrupted; the part goes on with what it has by then.
+  void until_stopped(const std::function<void()>& work);
+  [[nodiscard]] bool complete() const { return complete_; }
 
   /// A square picture of what the backend holds. Throws Interrupted if the user asked to stop.
   Image shade(const Camera& camera, int side, const ShadeOptions& options, Statistics& statistics);
@@ -79,7 +82,7 @@ class Study {
   std::vector<Table> tables_;
   std::vector<Picture> pictures_;
   Json checks_ = Json::array(), notes_ = Json::array(), facts_ = Json::object();
-  bool correct_ = true;
+  bool correct_ = true, complete_ = true;
 };
 
 // The parts, a file each.

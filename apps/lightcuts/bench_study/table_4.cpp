@@ -135,33 +135,35 @@ void make_table_4(Study& study) {
   }
   std::vector<Codes> maps;
   std::vector<double> texels, seconds;
-  for (const int side : study.sizes().atlas_maps) {
-    const Json found = study.measure(fmt::format("table-4/{}", side), [&] {
-      if (maps.empty()) maps = CpuMaps(11).make(0, 121, kStudyPoints, 0, HoleFill::mean);
-      return measure_atlas(study, maps, static_cast<std::size_t>(side));
-    });
-    const int pixels = side * kStudyMapSide;
-    const auto add = [&](const Json& t, const char* name) {
-      table.add({pixels, name, t["wall_s"], t["low_s"], t["high_s"], t["cpu_s"], t["repeats"],
-                 rate(pixels, t["wall_s"]), kMeasured});
-    };
-    if (found.contains("atlas")) {
-      study.check(fmt::format("pull-push of {0}x{0} texels: fused against one texture", pixels),
-                  found["differing"] == 0, fmt::format("{} texels differ", found["differing"].get<std::size_t>()));
-      add(found["atlas"], "one texture, one thread");
-      add(found["fused"], "fused, all threads");
+  study.until_stopped([&] {
+    for (const int side : study.sizes().atlas_maps) {
+      const Json found = study.measure(fmt::format("table-4/{}", side), [&] {
+        if (maps.empty()) maps = CpuMaps(11).make(0, 121, kStudyPoints, 0, HoleFill::mean);
+        return measure_atlas(study, maps, static_cast<std::size_t>(side));
+      });
+      const int pixels = side * kStudyMapSide;
+      const auto add = [&](const Json& t, const char* name) {
+        table.add({pixels, name, t["wall_s"], t["low_s"], t["high_s"], t["cpu_s"], t["repeats"],
+                   rate(pixels, t["wall_s"]), kMeasured});
+      };
+      if (found.contains("atlas")) {
+        study.check(fmt::format("pull-push of {0}x{0} texels: fused against one texture", pixels),
+                    found["differing"] == 0, fmt::format("{} texels differ", found["differing"].get<std::size_t>()));
+        add(found["atlas"], "one texture, one thread");
+        add(found["fused"], "fused, all threads");
+      }
+      if (found.contains("gpu")) {
+        const Json& gpu = found["gpu"];
+        study.check(fmt::format("pull-push of {0}x{0} texels: GPU against CPU", pixels), gpu["differing"] == 0,
+                    fmt::format("{} texels differ", gpu["differing"].get<std::size_t>()));
+        add(gpu["levels"], "one texture, CUDA");
+        add(gpu["at_once"], "fused, CUDA");
+      }
+      texels.push_back(static_cast<double>(pixels) * pixels);
+      seconds.push_back((found.contains("gpu") ? found["gpu"]["levels"] : found["fused"])["wall_s"]);
+      study.show_done(static_cast<double>(texels.size()) / static_cast<double>(study.sizes().atlas_maps.size()));
     }
-    if (found.contains("gpu")) {
-      const Json& gpu = found["gpu"];
-      study.check(fmt::format("pull-push of {0}x{0} texels: GPU against CPU", pixels), gpu["differing"] == 0,
-                  fmt::format("{} texels differ", gpu["differing"].get<std::size_t>()));
-      add(gpu["levels"], "one texture, CUDA");
-      add(gpu["at_once"], "fused, CUDA");
-    }
-    texels.push_back(static_cast<double>(pixels) * pixels);
-    seconds.push_back((found.contains("gpu") ? found["gpu"]["levels"] : found["fused"])["wall_s"]);
-    study.show_done(static_cast<double>(texels.size()) / static_cast<double>(study.sizes().atlas_maps.size()));
-  }
+  });
   study.set("table_4_exponent", growth_exponent(texels, seconds));
   study.add(table);
 }

@@ -121,21 +121,26 @@ std::optional<double> error_of(Study& study, Lit& lit, std::uint64_t lights, con
   return mean_error(lit.shade(*side, options, unused), reference);
 }
 
-Json measure_frame(Study& study, Lit& lit, std::uint64_t n, const Curve& curve) {
+/// Longest picture that is made once before it is timed, though it keeps nothing [s].
+constexpr double kWorthWarmingUp = 1;
+
+Json measure_frame(Study& study, Lit& lit, std::uint64_t n, const Curve& curve, double expected_s) {
   const int side = study.sizes().frame_side;
   lit.set_lights(n);
   if (curve.is_cut()) lit.build_tree();
   const std::optional<double> error = error_of(study, lit, light_count(n), curve.options);
   Statistics statistics;
   if (curve.heap_batch > 0) study.backend().set_heap_batch(curve.heap_batch);
-  if (!study.on_cpu() && curve.maps != Maps::made)
-    lit.shade(side, curve.options, statistics);  // what is kept is made here
+  // What is kept is made here. Long pictures need no other warm-up than shorter ones before them.
+  if (!study.on_cpu() && curve.maps != Maps::made && (curve.maps == Maps::kept || expected_s < kWorthWarmingUp)) {
+    lit.shade(side, curve.options, statistics);
+  }
   Json found = times_of_repeated(study.sizes().repeats, study.request().budget_s / 4, [&] {
     statistics = {};
     if (curve.maps == Maps::made) study.backend().forget_maps();
     const Stopwatch watch;
     lit.shade(side, curve.options, statistics);
-    return stage_time(watch, study.backend().stage_times().shade);
+    return stage_time(watch, picture_ms(study.backend().stage_times()));
   });
   found["maps_s"] = statistics.time_ms.shadow_maps / 1000;
   found["maps"] = statistics.shadow_maps.count;
@@ -183,34 +188,36 @@ void make_table_5(Study& study) {
   const std::vector<std::uint64_t>& sizes = study.sizes().frame_lights;
   std::vector<Series> series(all.size());
   Lit lit(study);
-  for (std::size_t i = 0; i < sizes.size(); ++i) {
-    const std::uint64_t n = sizes[i];
-    const auto lights = static_cast<double>(light_count(n));
-    for (std::size_t c = 0; c < all.size(); ++c) {
-      const Curve& curve = all[c];
-      const double expected = series[c].expected(lights);
-      Json found;
-      if (expected <= study.request().budget_s) {
-        found = study.measure_if_built(fmt::format("table-5/{}/{}", curve.name(), light_count(n)),
-                                       [&] { return measure_frame(study, lit, n, curve); });
+  study.until_stopped([&] {
+    for (std::size_t i = 0; i < sizes.size(); ++i) {
+      const std::uint64_t n = sizes[i];
+      const auto lights = static_cast<double>(light_count(n));
+      for (std::size_t c = 0; c < all.size(); ++c) {
+        const Curve& curve = all[c];
+        const double expected = series[c].expected(lights);
+        Json found;
+        if (expected <= study.request().budget_s) {
+          found = study.measure_if_built(fmt::format("table-5/{}/{}", curve.name(), light_count(n)),
+                                         [&] { return measure_frame(study, lit, n, curve, expected); });
+        }
+        if (found.is_null()) {
+          study.note(fmt::format("{}, {} lights: left out{}", curve.name(), light_count(n),
+                                 std::isfinite(expected) && expected > study.request().budget_s
+                                     ? fmt::format(", for it would take about {:.0f} s", expected)
+                                     : ""));
+          continue;
+        }
+        check_error(study, curve, n, found);
+        series[c].add(lights, found["wall_s"]);
+        table.add({light_count(n), side, curve.method, curve.visibility, maps_json(curve.maps), found["wall_s"],
+                   found["low_s"], found["high_s"], found["cpu_s"], found["repeats"], found["maps_s"], found["cut"],
+                   found["at_limit"],
+                   found["error"].is_null() ? Json(nullptr) : Json(100 * found["error"].get<double>()), kMeasured});
+        study.show_done((static_cast<double>(i) + static_cast<double>(c + 1) / static_cast<double>(all.size())) /
+                        static_cast<double>(sizes.size()));
       }
-      if (found.is_null()) {
-        study.note(fmt::format("{}, {} lights: left out{}", curve.name(), light_count(n),
-                               std::isfinite(expected) && expected > study.request().budget_s
-                                   ? fmt::format(", for it would take about {:.0f} s", expected)
-                                   : ""));
-        continue;
-      }
-      check_error(study, curve, n, found);
-      series[c].add(lights, found["wall_s"]);
-      table.add({light_count(n), side, curve.method, curve.visibility, maps_json(curve.maps), found["wall_s"],
-                 found["low_s"], found["high_s"], found["cpu_s"], found["repeats"], found["maps_s"], found["cut"],
-                 found["at_limit"], found["error"].is_null() ? Json(nullptr) : Json(100 * found["error"].get<double>()),
-                 kMeasured});
-      study.show_done((static_cast<double>(i) + static_cast<double>(c + 1) / static_cast<double>(all.size())) /
-                      static_cast<double>(sizes.size()));
     }
-  }
+  });
   Json crossings = Json::array();
   for (std::size_t c = 0; c < all.size(); ++c) {
     if (!all[c].is_cut()) continue;

@@ -121,39 +121,41 @@ void make_table_6(Study& study) {
   // They are the CPU's; in a GPU's run they stand beside its times, at the study's size.
   std::vector<int> sides = sizes.software_sides;
   if (!study.on_cpu() && sides.size() > 1) {
-    sides.resize(1);
+    sides.erase(sides.begin() + 1, sides.end());
     study.note("table 6, larger pictures: the software versions are a CPU's; its own run (--backend cpu) has them");
   }
   for (const int side : sides) {
     std::vector<Series> series(std::size(kCurves));
-    for (const std::uint64_t n : sizes.software_lights) {
-      for (std::size_t c = 0; c < std::size(kCurves); ++c) {
-        const Curve& curve = kCurves[c];
-        const std::string name =
-            fmt::format("{}, {}, {} lights, {}x{}", curve.method, curve.how, light_count(n), side, side);
-        const double lights = static_cast<double>(light_count(n));
-        const double pixels = side_before == 0 ? 0 : std::pow(static_cast<double>(side) / side_before, 2);
-        const double expected = !series[c].lights().empty() || before.empty() ? series[c].expected(lights)
-                                : before[c].at(lights)                        ? pixels * *before[c].at(lights)
-                                                                              : std::numeric_limits<double>::infinity();
-        const bool published = side == kStudySoftwareSide && sizes.all_published && study.on_cpu();
-        if (expected > study.request().budget_s && !published) {
-          study.note(name + ": left out, for it would take " +
-                     (std::isfinite(expected) ? fmt::format("about {:.0f} s", expected) : std::string("too long")));
-          continue;
+    study.until_stopped([&] {
+      for (const std::uint64_t n : sizes.software_lights) {
+        for (std::size_t c = 0; c < std::size(kCurves); ++c) {
+          const Curve& curve = kCurves[c];
+          const std::string name =
+              fmt::format("{}, {}, {} lights, {}x{}", curve.method, curve.how, light_count(n), side, side);
+          const double lights = static_cast<double>(light_count(n));
+          const double pixels = side_before == 0 ? 0 : std::pow(static_cast<double>(side) / side_before, 2);
+          const double expected = !series[c].lights().empty() || before.empty() ? series[c].expected(lights)
+                                  : before[c].at(lights)                        ? pixels * *before[c].at(lights)
+                                                         : std::numeric_limits<double>::infinity();
+          const bool published = side == kStudySoftwareSide && sizes.all_published && study.on_cpu();
+          if (expected > study.request().budget_s && !published) {
+            study.note(name + ": left out, for it would take " +
+                       (std::isfinite(expected) ? fmt::format("about {:.0f} s", expected) : std::string("too long")));
+            continue;
+          }
+          const Json found =
+              study.measure("table-6/" + name, [&] { return measure_picture(study, software, n, side, curve); });
+          const double error = found["error"];
+          study.check(name + ": error against all lights", error <= allowed_error(curve),
+                      fmt::format("{:.4f} % (at most {:.2f} %)", 100 * error, 100 * allowed_error(curve)));
+          series[c].add(static_cast<double>(light_count(n)), found["wall_s"]);
+          table.add({light_count(n), side, curve.method, curve.how, found["wall_s"], found["low_s"], found["high_s"],
+                     found["cpu_s"], found["repeats"], found["cut"], 100 * error, kMeasured});
         }
-        const Json found =
-            study.measure("table-6/" + name, [&] { return measure_picture(study, software, n, side, curve); });
-        const double error = found["error"];
-        study.check(name + ": error against all lights", error <= allowed_error(curve),
-                    fmt::format("{:.4f} % (at most {:.2f} %)", 100 * error, 100 * allowed_error(curve)));
-        series[c].add(static_cast<double>(light_count(n)), found["wall_s"]);
-        table.add({light_count(n), side, curve.method, curve.how, found["wall_s"], found["low_s"], found["high_s"],
-                   found["cpu_s"], found["repeats"], found["cut"], 100 * error, kMeasured});
+        done += 1.0 / static_cast<double>(sides.size() * sizes.software_lights.size());
+        study.show_done(done);
       }
-      done += 1.0 / static_cast<double>(sides.size() * sizes.software_lights.size());
-      study.show_done(done);
-    }
+    });
     for (std::size_t c = 0; c < std::size(kCurves); c += 2) {
       if (series[c].lights().empty()) continue;
       const double lights = series[c].lights().back();

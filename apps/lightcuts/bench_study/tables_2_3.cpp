@@ -42,11 +42,11 @@ Image shade(Study& study, int side, const ShadeOptions& options, Statistics& sta
   return study.shade(study_room().cameras[0], side, options, statistics);
 }
 
-/// The study's cut: a heap for each pixel, of at most 1000 nodes; where a backend has none, its own walk.
-ShadeOptions cut_options(Study& study) {
+/// The study's cut: a heap for each pixel, of at most 1000 nodes.
+ShadeOptions cut_options() {
   ShadeOptions options = shade_options(Method::lightcuts, Visibility::rays);
   options.max_cut = kStudyMaxCut;
-  options.cut = study.on_cpu() ? CutWalk::heap : CutWalk::packet;
+  options.cut = CutWalk::heap;
   return options;
 }
 
@@ -68,10 +68,10 @@ Json measure_seed(Study& study, std::uint64_t n, std::uint64_t seed) {
     backend.build_light_tree({way.builder, way.metric, seed}, study.progress());
     const double build_s = watch.elapsed().wall_s;
     Statistics statistics;
-    const Image image = shade(study, study.sizes().cut_side, cut_options(study), statistics);
+    const Image image = shade(study, study.sizes().cut_side, cut_options(), statistics);
     Json row{{"cut", statistics.cut.mean}, {"at_limit", statistics.cut.at_limit}, {"build_s", build_s}};
     if (seed == 1) {
-      const Image& same_size = side == study.sizes().cut_side ? image : shade(study, side, cut_options(study), unused);
+      const Image& same_size = side == study.sizes().cut_side ? image : shade(study, side, cut_options(), unused);
       row["error"] = mean_error(same_size, all_lights);
     }
     found[way.name()] = std::move(row);
@@ -116,13 +116,16 @@ void make_tables_2_and_3(Study& study) {
     const std::uint64_t n = sizes[i];
     const int count = study.sizes().cut_seeds[i];
     std::vector<Json> seeds;
-    for (int seed = 1; seed <= count; ++seed) {
-      Json found = study.measure_if_built(fmt::format("table-2-3/{}/{}", light_count(n), seed),
-                                          [&] { return measure_seed(study, n, static_cast<std::uint64_t>(seed)); });
-      if (found.is_null()) break;
-      seeds.push_back(std::move(found));
-      study.show_done((static_cast<double>(i) + static_cast<double>(seed) / count) / static_cast<double>(sizes.size()));
-    }
+    study.until_stopped([&] {
+      for (int seed = 1; seed <= count; ++seed) {
+        Json found = study.measure_if_built(fmt::format("table-2-3/{}/{}", light_count(n), seed),
+                                            [&] { return measure_seed(study, n, static_cast<std::uint64_t>(seed)); });
+        if (found.is_null()) break;
+        seeds.push_back(std::move(found));
+        study.show_done((static_cast<double>(i) + static_cast<double>(seed) / count) /
+                        static_cast<double>(sizes.size()));
+      }
+    });
     if (!seeds.empty()) add_rows(study, table, n, seeds);
   }
   study.set("cut_side", study.sizes().cut_side);

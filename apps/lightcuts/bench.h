@@ -36,6 +36,7 @@ struct BenchRequest {
   std::filesystem::path scenes;    ///< folder with rooms (NAME/scene.gltf); empty: ../shared/scenes/rooms if there
   std::vector<std::string> parts;  ///< of `study`: which; empty: all
   double budget_s = 0;             ///< longest time of one measurement; 0: the scale's
+  bool page_only = false;          ///< of `study`: draws the page of what `report` holds, measures nothing
   bool quiet = false;
 };
 

@@ -54,6 +54,9 @@ int run(const BenchRequest& request) {
     }
     return kDone;
   }
+  if (request.page_only && (request.report.empty() || request.names != std::vector<std::string>{"study"})) {
+    throw Error(Code::invalid_argument, "--page is for a run that is there: lightcuts bench study --page --report DIR");
+  }
   if (!request.json.empty()) check_writable(request.json);
   nlohmann::ordered_json all = nlohmann::ordered_json::object();
   bool correct = true, complete = true;
@@ -114,6 +117,9 @@ void add_bench_command(CLI::App& program, Action& action) {
       ->add_option("--part", request->parts,
                    "only these parts of `study`, or scenes and stages of `frame` (default: all)")
       ->option_text("NAME...");
+  command->add_flag(
+      "--page", request->page_only,
+      "measures nothing: draws anew the plots and the page\nof what `study` left in --report, on whatever machine");
   command->add_flag("--quiet", request->quiet, "no progress");
   command->callback([request, &action] {
     const char* const scenes = std::getenv("LIGHTCUTS_SCENES");

@@ -54,6 +54,20 @@ TEST(Bench, FinishedMeasurementsAreNotRepeated) {
   EXPECT_TRUE(fs::exists(folder.path / "tables" / "table-1.csv"));
 }
 
+TEST(Bench, APageIsDrawnOfARunFromElsewhere) {
+  const ReportFolder folder("page");
+  const std::vector<std::string> words{"bench", "study", "--page", "--report", folder.path.string()};
+  EXPECT_EQ(run_lightcuts(words).status, 3);  // there is none yet
+  EXPECT_EQ(run_lightcuts({"bench", "study", "--page"}).status, 2);
+  ASSERT_EQ(run_lightcuts(study_words(folder, "smoke", {"--part", "table-1"})).status, 0);
+  nlohmann::json study = read_json(folder.path / "study.json");
+  study["machine"]["device"] = "cuda: of another machine";
+  std::ofstream(folder.path / "study.json") << study;
+  fs::remove(folder.path / "index.html");
+  EXPECT_EQ(run_lightcuts(words).status, 0);
+  EXPECT_EQ(read_json(folder.path / "study.json"), study);
+}
+
 TEST(Bench, MarksWhatIsPublished) {
   const ReportFolder folder("published");
   const ProgramResult r = run_lightcuts(study_words(folder, "smoke", {"--part", "table-1"}));
@@ -75,7 +89,11 @@ TEST(Bench, AnInterruptedRunKeepsWhatItHasAndGoesOn) {
   {
     Program program(lightcuts_words(words), {});
     const auto limit = std::chrono::steady_clock::now() + std::chrono::seconds(60);
-    while (!fs::exists(folder.path / "measured.json") && std::chrono::steady_clock::now() < limit) {
+    const auto has_measured = [&] {
+      const nlohmann::json kept = read_json(folder.path / "measured.json");
+      return kept.is_object() && kept["results"].size() > 1;  // more than the machine
+    };
+    while (!has_measured() && std::chrono::steady_clock::now() < limit) {
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
     }
     program.send(SIGINT);
@@ -84,7 +102,7 @@ TEST(Bench, AnInterruptedRunKeepsWhatItHasAndGoesOn) {
   }
   const nlohmann::json kept = read_json(folder.path / "measured.json");
   ASSERT_TRUE(kept.contains("results"));
-  ASSERT_FALSE(kept["results"].empty());
+  ASSERT_GT(kept["results"].size(), 1u);
   const nlohmann::json study = read_json(folder.path / "study.json");
   EXPECT_FALSE(study["complete"]);
   EXPECT_EQ(study["tables"]["table-2-3"]["rows"].back().back(), "measured");  // what the part had by then

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <exception>
+#include <fstream>
 #include <utility>
 
 #include "bench_study/rooms.h"
@@ -124,9 +125,11 @@ Study::Study(const BenchRequest& request)
   backend_ = make_bench_backend(request_);
   const std::string device = backend_->device_name();
   on_cpu_ = device.starts_with("cpu");
-  machine_ = machine_json(device);
   const std::filesystem::path kept = request_.report.empty() ? "" : request_.report / "measured.json";
   ledger_ = std::make_unique<Ledger>(kept, identity_json(request_, device));
+  // A run that goes on tells of the machine as it was found first: its load is this program's own by now.
+  machine_ =
+      ledger_->find("machine") != nullptr ? *ledger_->find("machine") : ledger_->keep("machine", machine_json(device));
   progress_ = [](const char*, double) { return !Interruption::requested(); };
 }
 
@@ -212,8 +215,30 @@ Json Study::json() const {
 
 namespace lightcuts::app {
 
+namespace {
+
+/// What an earlier run, here or elsewhere, left in the report's folder, with its page drawn anew.
+BenchResult redraw_page(const BenchRequest& request) {
+  const std::filesystem::path file = request.report / "study.json";
+  std::ifstream in(file);
+  if (!in) {
+    throw Error(Code::file_missing,
+                fmt::format("there is no {}; a run of the study leaves it there", shell_quoted(file.string())));
+  }
+  BenchResult result;
+  result.json = study::Json::parse(in, nullptr, false);
+  if (!result.json.is_object()) {
+    throw Error(Code::malformed, fmt::format("{} is damaged; run the study again", shell_quoted(file.string())));
+  }
+  study::make_page(request.report);
+  return result;
+}
+
+}  // namespace
+
 BenchResult run_study(const BenchRequest& request) {
   using namespace study;
+  if (request.page_only) return redraw_page(request);
   const std::vector<Part> wanted = wanted_parts(request);
   const Interruption interruption;
   Study run(request);

@@ -27,17 +27,24 @@ PICTURES = {"figure-2": plots.FIGURE_2, "figure-3": plots.FIGURE_3}
 
 STYLE = """
 :root { color-scheme: light; }
-body { font: 16px/1.55 system-ui, sans-serif; color: #1c1c1c; background: #fff; max-width: 60rem; margin: 0 auto; padding: 1rem; }
-h1 { font-size: 1.7rem; line-height: 1.2; } h2 { font-size: 1.2rem; margin-top: 2.5rem; }
-.box { background: #f4f6f8; border-left: 4px solid #0072b2; padding: .6rem 1rem; margin: 1rem 0; }
+body { font: 16px/1.55 system-ui, sans-serif; color: #1c1c1c; background: #fff; max-width: 72rem; margin: 0 auto; padding: 1rem; }
+h1 { font-size: 1.7rem; line-height: 1.2; margin: .6rem 0; } h2 { font-size: 1.2rem; margin-top: 2.5rem; } p, li { max-width: 50rem; }
+.verdict { display: grid; grid-template-columns: minmax(0, 1fr) minmax(12rem, 18rem); gap: 1.5rem; align-items: center; margin: 1rem 0; }
+.verdict.alone { grid-template-columns: minmax(0, 1fr); }
+.box { background: #f4f6f8; border-left: 4px solid #0072b2; padding: .3rem 1rem; } .box p { margin: .6rem 0; }
+.box table { font-size: .9rem; margin: .3rem 0 .6rem; } .box td b { color: #0072b2; } .box td, .box th { padding: .2rem .6rem; } .box th { white-space: normal; }
+nav { font-size: .9rem; margin: 1rem 0; } a { color: #0072b2; text-decoration: none; }
 figure { margin: 0; } figure img { width: 100%; height: auto; }
 .plots, .grid { display: grid; gap: .6rem; margin: 1rem 0; }
-.plots { grid-template-columns: repeat(auto-fit, minmax(min(19rem, 100%), 1fr)); } .plots.one { max-width: 40rem; }
-.grid { grid-template-columns: repeat(auto-fill, minmax(9rem, 1fr)); }
-.grid.methods { align-items: start; } .grid.methods figure { margin-bottom: .4rem; }
-.grid.large { grid-template-columns: repeat(auto-fill, minmax(13rem, 1fr)); } .grid.large img { image-rendering: pixelated; }
+.plots { grid-template-columns: repeat(auto-fit, minmax(min(21rem, 100%), 1fr)); } .plots.one { max-width: 40rem; }
+.grid.methods { grid-template-columns: repeat(5, 1fr); align-items: start; } .grid.methods figure { margin-bottom: .5rem; }
+.grid.large { grid-template-columns: repeat(auto-fill, minmax(13rem, 1fr)); max-width: 58rem; } .grid.large img { image-rendering: pixelated; }
+@media (min-width: 60rem) { .side { display: grid; grid-template-columns: 1fr 1.2fr; gap: 1.5rem; align-items: start; } .side .plots { margin: 0; } }
 figcaption { font-size: .8rem; line-height: 1.3; }
 .table { overflow-x: auto; } table { border-collapse: collapse; font-size: .8rem; }
+@media (max-width: 45rem) { .verdict { grid-template-columns: minmax(0, 1fr); } .box table { font-size: .8rem; } .box td, .box th { padding: .2rem .35rem; }
+  .box td:first-child { white-space: normal; } .grid.methods { grid-template-columns: repeat(3, 1fr); }
+  .grid.large { grid-template-columns: repeat(2, 1fr); } }
 th, td { padding: .15rem .5rem; text-align: right; border-bottom: 1px solid #ddd; white-space: nowrap; }
 th:first-child, td:first-child { text-align: left; }
 tr.published td { color: #777; font-style: italic; }
@@ -45,7 +52,8 @@ summary { cursor: pointer; color: #0072b2; } small { color: #555; }
 @media print { body { max-width: none; font-size: 10pt; padding: 0; } details[open] summary { color: inherit; }
   .table { overflow: visible; } table { font-size: 6.5pt; } th, td { padding: 0 .3rem; } figure, .box, tr, .methods { break-inside: avoid; }
   h2, h3, p, summary { break-after: avoid; }
-  .plots { grid-template-columns: repeat(2, 1fr); } .plots.one { grid-template-columns: 1fr; } .grid { grid-template-columns: repeat(4, 1fr); }
+  nav { display: none; } .verdict { grid-template-columns: minmax(0, 1fr) 4.5cm; } .box table { font-size: 8pt; }
+  .plots { grid-template-columns: repeat(2, 1fr); } .plots.one { grid-template-columns: 1fr; } .grid.large { grid-template-columns: repeat(4, 1fr); }
   .grid.methods { grid-template-columns: repeat(5, 1fr); } }
 """
 
@@ -107,8 +115,9 @@ def paragraphs(text):
 
 
 def section(report, name, title, said, tables):
-    parts = [f"<h2 id='{name}'>{html.escape(title)}</h2>", paragraphs(said), drawn(report, name)]
-    return "\n".join(parts + [table_html(report, t) for t in tables])
+    alone = name not in PICTURES and not any(report.plots.glob(f"{name}-[0-9].svg"))  # one panel stands beside its text
+    beside = f"<div class='{'side' if alone else ''}'><div>{paragraphs(said)}</div>{drawn(report, name)}</div>"
+    return "\n".join([f"<h2 id='{name}'>{html.escape(title)}</h2>", beside] + [table_html(report, t) for t in tables])
 
 
 def gallery(report):
@@ -121,7 +130,7 @@ def gallery(report):
         columns = {}
         for p in shown:  # a method's picture, its error and its cut size below each other
             columns.setdefault(p["id"].removesuffix("-error").removesuffix("-size"), []).append(p)
-        stacks = "".join("<div>" + "".join(figure(embedded_picture(report.folder / p["file"]), p["caption"]) for p in column) + "</div>"
+        stacks = "".join("<div>" + "".join(figure(embedded_picture(report.folder / p["file"]), p["caption"].split(": ")[-1]) for p in column) + "</div>"
                          for column in columns.values())
         out.append(f"<h3>{html.escape(room)}</h3><div class='grid methods'>{stacks}</div>")
     return "\n".join(out + [table_html(report, "pictures")])
@@ -142,6 +151,35 @@ def missing(report, shown):
     return f"<p><b>This run is not whole.</b> It has nothing of: {html.escape('; '.join(names))}.</p>" if names else ""
 
 
+# The picture that stands beside the verdict, where the run made one.
+COVER = ["study-cut-rays", "study-all-rays", "study-path"]
+
+
+def verdict_html(report):
+    """The answer, for who reads only the first screen."""
+    said, rows, but = words.verdict(report)
+    head = ["shadows by", "cuts win from", "with this many lights", "a cut takes", "all lights take", "times as fast"]
+    body = "".join(f"<tr><td>{html.escape(r[0])}</td><td><b>{r[1]}</b></td><td>{r[2]}</td><td>{r[3]}</td><td>{r[4]}</td>"
+                   f"<td><b>{r[5]}</b></td></tr>" for r in rows)
+    table = f"<table><tr>{''.join(f'<th>{h}</th>' for h in head)}</tr>{body}</table>" if rows else ""
+    cover = "".join(figure(embedded_picture(report.folder / p["file"]), "builtin:study, which stands for the study\u2019s room")
+                    for p in report.pictures(COVER)[:1])
+    return (f"<div class='verdict{'' if cover else ' alone'}'><div class='box'><p><b>Then (2010).</b> {html.escape(words.THEN)}</p>"
+            f"<p><b>Now ({html.escape(report.data['machine']['device'])}).</b> {html.escape(said)}</p>{table}"
+            + (f"<p>{html.escape(but)}</p>" if but else "") + f"</div>{cover}</div>")
+
+
+def contents(report, shown):
+    """Links to the sections that there are."""
+    links = []
+    for name, title, _, _, _ in SECTIONS:
+        if name in shown:
+            links.append((name, title.split(":")[0]))
+        if name == "figure-5" and report.measured("pictures"):
+            links.append(("pictures", "Pictures"))
+    return "<nav>" + " \u00b7 ".join(f"<a href='#{name}'>{html.escape(title)}</a>" for name, title in links) + "</nav>"
+
+
 def command(report):
     """What made this page."""
     backend = "cpu" if report.data["machine"]["device"].startswith("cpu") else "cuda"
@@ -150,7 +188,6 @@ def command(report):
 
 
 def page(report, shown):
-    then, now = words.verdict(report)
     checks = report.data["checks"]
     failed = [c for c in checks if not c["good"]]
     check_text = (f"{len(checks)} results were compared with a reference before they were timed; "
@@ -163,7 +200,7 @@ def page(report, shown):
         "<p>In 2010 Clemens Arbesser and Thomas Mühlbacher (Vienna University of Technology) asked whether lightcuts with imperfect "
         "shadow maps are possible and sensible on a graphics card. This page repeats their tables and figures with "
         "<code>lightcuts bench study</code> and goes on where they had to stop.</p>",
-        f"<div class='box'><p>{then}</p><p>{now}</p></div>", missing(report, shown),
+        verdict_html(report), missing(report, shown), contents(report, shown),
         f"<p><small>{html.escape(machine_text(report))}. {html.escape(check_text)} The study's own room (its cover picture) was never "
         "published; <code>builtin:study</code> stands for it: a closed room of 10 x 5 x 10 m, one lamp, 40 boxes. Figures in grey "
         "italics and rows marked \u201cpublished\u201d are the study's own; everything else was measured in this run. Bars show "

@@ -52,7 +52,7 @@ def cuts_by_lights(axes, report):
     axes.set_xscale("log")
     axes.set_xlabel("lights")
     axes.set_ylabel("mean cut")
-    axes.legend(fontsize=7)
+    axes.legend(fontsize=8)
 
 
 def tables_2_3(report):
@@ -292,7 +292,7 @@ def times_of_stages(axes, ours, method):
             axes.plot([r["vpls"] for r in rows], [v or None for v in values], "o-", color=colour, label=name)
     log_log(axes, "VPLs", "milliseconds")
     axes.set_title(method, fontsize=10)
-    axes.legend(fontsize=7)
+    axes.legend(fontsize=8)
 
 
 def memory(axes, ours, methods):
@@ -303,7 +303,7 @@ def memory(axes, ours, methods):
             curve(axes, rows, "vpls", "device_mb", f"{method}: device", colour, "s--", False)
     log_log(axes, "VPLs", "megabytes")
     axes.set_title("memory, at most", fontsize=10)
-    axes.legend(fontsize=7)
+    axes.legend(fontsize=8)
 
 
 def stages(report):

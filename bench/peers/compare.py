@@ -72,12 +72,49 @@ def ratio_of_means(a, b):
     return ratio, math.sqrt(sum(variances)) / mean
 
 
+# Does Mitsuba trace a ray on a GPU? It needs CUDA's driver and OptiX, which comes with the driver.
+PROBE = """
+import mitsuba as mi
+mi.set_variant("cuda_ad_rgb")
+scene = mi.load_dict({"type": "scene", "shape": {"type": "rectangle"}})
+assert scene.ray_test(mi.Ray3f([0, 0, 2], [0, 0, -1])).numpy().all()
+"""
+
+
+def refusal(words):
+    """The last line that a program says if it fails; "" if it does not."""
+    done = subprocess.run(list(map(str, words)), capture_output=True, text=True, check=False)
+    said = (done.stderr or done.stdout).strip().splitlines()
+    return "" if done.returncode == 0 else said[-1] if said else f"status {done.returncode}"
+
+
+def choose_hardware(options, folder):
+    """Both on a GPU where one answers both, else both on the CPU, so that they run on equal hardware; says which."""
+    why = []
+    if options.backend == "auto":
+        why.append(refusal([options.lightcuts, "render", "builtin:study", "--quiet", "--backend", "cuda", "--size", "8x8", "--vpls", 10,
+                            "-o", folder / "probe.exr"]))
+    if options.variant == "auto" and options.backend != "cpu" and not any(why):
+        why.append(refusal([sys.executable, "-c", PROBE]))
+    on_gpu = not any(why)
+    if options.backend == "auto":
+        options.backend = "cuda" if on_gpu and options.variant in ("auto", "cuda_ad_rgb") else "cpu"
+    if options.variant == "auto":
+        options.variant = "cuda_ad_rgb" if on_gpu and options.backend == "cuda" else "llvm_ad_rgb"
+    print(f"lightcuts: --backend {options.backend}; Mitsuba: {options.variant}; Cycles: CPU" +
+          "".join(f" (no GPU: {reason})" for reason in why if reason) + "\n", flush=True)
+
+
 class Peers:
     def __init__(self, options):
         self.options = options
         self.folder = pathlib.Path(options.output)
         self.folder.mkdir(parents=True, exist_ok=True)
-        self.kept_file = self.folder / f"kept-{options.size}.json"
+        choose_hardware(options, self.folder)
+        self.kept_file = self.folder / f"kept-{options.size}-{options.backend}-{options.variant}.json"
+        if options.backend == "cuda":
+            # Kernels are loaded before anything is timed: Mitsuba's are compiled by a first picture.
+            os.environ["CUDA_MODULE_LOADING"] = "EAGER"
         self.kept = json.loads(self.kept_file.read_text()) if self.kept_file.exists() else {}
         self.missing = {}
 
@@ -113,7 +150,7 @@ class Peers:
 
     def ours(self, name, spec, samples, seed, extra=("--method", "path"), tag="path", repeat=0):
         """One picture; seconds are those of the stages, loading and writing left out. `repeat` tells runs of the same apart."""
-        out = self.folder / f"{name}-lightcuts-{tag}-{samples}-{seed}.exr"
+        out = self.folder / f"{name}-lightcuts-{self.options.backend}-{tag}-{samples}-{seed}.exr"
         stats = out.with_suffix(".json")
         words = [self.options.lightcuts, "render", spec, "--quiet", "--backend", self.options.backend, "--size", self.options.size,
                  "--samples", samples, "--seed", seed, "-o", out, "--stats", stats, *extra]
@@ -137,7 +174,8 @@ class Peers:
         """Pictures of several numbers of samples by one program."""
         script = HERE / f"render_{renderer}.py"
         scene = self.folder / f"{name}.{'xml' if renderer == 'mitsuba' else 'glb'}"
-        out = self.folder / f"{name}-{renderer}-SAMPLES-{seed}.exr"
+        variant = f"-{self.options.variant}" if renderer == "mitsuba" else ""
+        out = self.folder / f"{name}-{renderer}{variant}-SAMPLES-{seed}.exr"
         files = [str(out).replace("SAMPLES", str(s)) for s in samples]
         words = [sys.executable, script, scene, out, "--size", self.options.size, "--seed", seed, "--samples", *samples]
         if self.options.threads:
@@ -237,7 +275,8 @@ def race_line(r):
             f"| {r['memory_bytes'] / 1e6:.0f} |")
 
 
-def plot(rows, path):
+def plot(rows, path, time):
+    """`time`: "cpu_s" or "seconds", which a GPU's work is counted by."""
     try:
         import matplotlib
         matplotlib.use("Agg")
@@ -252,12 +291,12 @@ def plot(rows, path):
         axes.axis("off")
     for axes, room in zip(all_axes.flat, rooms):
         for renderer, style in zip(dict.fromkeys(r["renderer"] for r in rows), ("o-", "D-", "s--", "^--")):
-            points = [(r["cpu_s"], r["relmse"]) for r in rows if r["room"] == room and r["renderer"] == renderer and r["relmse"] > 0]
+            points = [(r[time], r["relmse"]) for r in rows if r["room"] == room and r["renderer"] == renderer and r["relmse"] > 0]
             if points:
                 axes.plot(*zip(*points), style, label=renderer)
         axes.set_xscale("log")
         axes.set_yscale("log")
-        axes.set_xlabel("processor seconds")
+        axes.set_xlabel("processor seconds" if time == "cpu_s" else "seconds")
         axes.set_ylabel("relMSE")
         axes.set_title(room)
         axes.grid(alpha=0.3)
@@ -287,8 +326,8 @@ def main():
     parser.add_argument("--counts", type=int, nargs="+", default=[1, 4, 16, 64], help="paths a pixel there")
     parser.add_argument("--repeats", type=int, default=3, help="of each picture there, for its time")
     parser.add_argument("--threads", type=int, default=0)
-    parser.add_argument("--backend", choices=("cpu", "cuda"), default="cpu", help="ours; with cuda take --variant cuda_ad_rgb")
-    parser.add_argument("--variant", default="llvm_ad_rgb", help="of Mitsuba; cuda_ad_rgb where a GPU answers")
+    parser.add_argument("--backend", choices=("auto", "cpu", "cuda"), default="auto", help="ours; auto: cuda where a GPU answers both")
+    parser.add_argument("--variant", default="auto", help="of Mitsuba; auto: cuda_ad_rgb where ours is on a GPU, too, else llvm_ad_rgb")
     options = parser.parse_args()
     options.lightcuts = os.path.abspath(options.lightcuts)
     peers = Peers(options)
@@ -301,7 +340,7 @@ def main():
     print("\n| room | renderer | | seconds | processor seconds (low to high) | relmse without the reference's noise | memory [MB] |\n"
           "|---|---|---|---:|---:|---:|---:|")
     race = peers.race([r for r in rooms if options.race is None or r[0] in options.race], options.counts, [1000, 10000])
-    plot(race, peers.folder / "error-against-time.png")
+    plot(race, peers.folder / "error-against-time.png", "seconds" if options.backend == "cuda" else "cpu_s")
     report = {"options": vars(options), "agreement": agreement, "race": race, "missing": peers.missing}
     (peers.folder / "peers.json").write_text(json.dumps(report, indent=1, default=float))
     print(f"\nwrote {peers.folder / 'peers.json'} and {peers.folder / 'error-against-time.png'}")

@@ -13,6 +13,7 @@
 #include <fstream>
 #include <vector>
 
+#include "bench_study/agreement.h"
 #include "bench_study/rooms.h"
 #include "bench_study/series.h"
 #include "bench_study/study.h"
@@ -107,10 +108,30 @@ Json run_program(Study& study, const Way& way, std::uint64_t count) {
   return Json::parse(in);
 }
 
+VplOptions lights_of(std::uint64_t count) {
+  VplOptions options;
+  options.count = count;
+  return options;
+}
+
 StageMs stages_of(const Json& run) {
   StageMs ms{};
   for (std::size_t i = 0; i < ms.size(); ++i) ms[i] = run["time_ms"][kStages[i]];
   return ms;
+}
+
+/// Most lights of which a CPU's sum is made here: table 5 has those of more.
+constexpr std::uint64_t kMostToCheck = 3000;
+
+/// A cut compared with the sum over the same lights, before it is timed; null for other methods.
+Json compare_here(Study& study, const Way& way, std::uint64_t count) {
+  if (way.method != Method::lightcuts || (study.on_cpu() && count > kMostToCheck)) return nullptr;
+  Backend& backend = study.backend();
+  backend.set_scene(study_room(), study.progress());
+  backend.trace_vpls(lights_of(count), study.progress());
+  backend.build_light_tree({}, study.progress());
+  study.stop_if_asked();
+  return compare_cut(study, count, shade_options(way.method, way.visibility));
 }
 
 /// One picture from the scene on, by the backend under test, whose device tells the time.
@@ -120,9 +141,7 @@ StageMs run_here(Study& study, const Way& way, std::uint64_t count) {
   const Stopwatch loading;
   backend.set_scene(study_room(), study.progress());
   const double bvh_ms = 1e3 * loading.elapsed().wall_s;
-  VplOptions vpls;
-  vpls.count = count;
-  backend.trace_vpls(vpls, study.progress());
+  backend.trace_vpls(lights_of(count), study.progress());
   study.stop_if_asked();
   const bool cut = way.method == Method::lightcuts;
   if (cut) backend.build_light_tree({}, study.progress());
@@ -134,6 +153,7 @@ StageMs run_here(Study& study, const Way& way, std::uint64_t count) {
 }
 
 Json measure_stages(Study& study, const Way& way, std::uint64_t count) {
+  const Json compared = compare_here(study, way, count);
   std::vector<StageMs> stages;
   std::vector<Json> programs;
   const int repeats = std::min(3, study.sizes().repeats);
@@ -149,7 +169,8 @@ Json measure_stages(Study& study, const Way& way, std::uint64_t count) {
   Json found{{"maps", programs[0]["shadow_maps"]["count"]},
              {"vpls", programs[0]["vpls"]["count"]},
              {"process_s", times["wall_s"]},
-             {"repeats", stages.size()}};
+             {"repeats", stages.size()},
+             {"compared", compared}};
   double sum_ms = 0;
   for (std::size_t i = 0; i < std::size(kStages); ++i) {
     std::vector<double> values;
@@ -189,6 +210,7 @@ void make_stages(Study& study) {
         const Json found = study.measure_if_built(fmt::format("stages/{}/{}", way.name, count),
                                                   [&] { return measure_stages(study, way, count); });
         if (found.is_null()) continue;
+        check_cut(study, fmt::format("stages, {}, {} VPLs", way.name, count), found["compared"]);
         series.add(static_cast<double>(count), found["seconds"]);
         const auto ms = [&](const char* stage) { return found["stages"][stage]["ms"]; };
         const auto megabytes = [&](const char* place) { return found[place].get<double>() / 1e6; };

@@ -120,12 +120,12 @@ StageMs stages_of(const Json& run) {
   return ms;
 }
 
-/// Most lights of which a CPU's sum is made here: table 5 has those of more.
-constexpr std::uint64_t kMostToCheck = 3000;
+/// Most lights of which a sum is made here, on a CPU and on a GPU: table 5 has those of more.
+constexpr std::uint64_t kMostToCheck = 3000, kMostOnGpu = 20000;
 
 /// A cut compared with the sum over the same lights, before it is timed; null for other methods.
 Json compare_here(Study& study, const Way& way, std::uint64_t count) {
-  if (way.method != Method::lightcuts || (study.on_cpu() && count > kMostToCheck)) return nullptr;
+  if (way.method != Method::lightcuts || count > (study.on_cpu() ? kMostToCheck : kMostOnGpu)) return nullptr;
   Backend& backend = study.backend();
   backend.set_scene(study_room(), study.progress());
   backend.trace_vpls(lights_of(count), study.progress());

@@ -37,6 +37,7 @@ nav { font-size: .9rem; margin: 1rem 0; } a { color: #0072b2; text-decoration: n
 figure { margin: 0; } figure img { width: 100%; height: auto; }
 .plots, .grid { display: grid; gap: .6rem; margin: 1rem 0; }
 .plots { grid-template-columns: repeat(auto-fit, minmax(min(21rem, 100%), 1fr)); } .plots.one { max-width: 40rem; }
+.plots.even { grid-template-columns: repeat(auto-fit, minmax(min(27rem, 100%), 1fr)); }
 .grid.methods { grid-template-columns: repeat(5, 1fr); align-items: start; } .grid.methods figure { margin-bottom: .5rem; }
 .grid.large { grid-template-columns: repeat(auto-fill, minmax(13rem, 1fr)); max-width: 58rem; } .grid.large img { image-rendering: pixelated; }
 @media (min-width: 60rem) { .side { display: grid; grid-template-columns: 1fr 1.2fr; gap: 1.5rem; align-items: start; } .side .plots { margin: 0; } }
@@ -107,7 +108,7 @@ def drawn(report, name):
         return f"<div class='grid large'>{shown}</div>"
     panels = sorted(report.plots.glob(f"{name}-[0-9].svg")) or [report.plots / f"{name}.svg"]
     shown = "".join(figure(embedded(panel)) for panel in panels)
-    return f"<div class='plots{' one' if len(panels) == 1 else ''}'>{shown}</div>"
+    return f"<div class='plots{' one' if len(panels) == 1 else ' even' if len(panels) % 2 == 0 else ''}'>{shown}</div>"
 
 
 def paragraphs(text):

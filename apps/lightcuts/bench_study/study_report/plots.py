@@ -257,7 +257,7 @@ def figure_3(report):
     return pictures(report, FIGURE_3, "figure-3")
 
 
-def errors_by_time(axes, ours, room, legend):
+def errors_by_time(axes, ours, room):
     for method, colour, style in (("all lights, rays", ORANGE, "o-"), ("cut, rays", BLUE, "o-"),
                                   ("cut, shadow maps", GREEN, "o-"), ("path tracer", PURPLE, "s--")):
         rows = [r for r in ours if r["room"] == room and r["method"] == method and is_told(r)]
@@ -268,15 +268,14 @@ def errors_by_time(axes, ours, room, legend):
             axes.errorbar(xs, ys, xerr=bars, fmt=style, color=colour, label=method, capsize=2)
     log_log(axes, "seconds", "relMSE")
     axes.set_title(room, fontsize=10)
-    if legend:
-        axes.legend()
+    legend_below(axes, 2)
 
 
 def convergence(report):
     ours = report.measured("convergence")
-    panels = Panels(4.6, 3.5)
-    for i, room in enumerate(dict.fromkeys(r["room"] for r in ours)):
-        panels.add(errors_by_time, ours, room, i == 0)
+    panels = Panels(4.6, 4)
+    for room in dict.fromkeys(r["room"] for r in ours):
+        panels.add(errors_by_time, ours, room)
     return panels.save(report.plots, "convergence", 2)
 
 
@@ -292,7 +291,7 @@ def times_of_stages(axes, ours, method):
             axes.plot([r["vpls"] for r in rows], [v or None for v in values], "o-", color=colour, label=name)
     log_log(axes, "VPLs", "milliseconds")
     axes.set_title(method, fontsize=10)
-    axes.legend(fontsize=8)
+    legend_below(axes, 2)
 
 
 def memory(axes, ours, methods):
@@ -303,7 +302,7 @@ def memory(axes, ours, methods):
             curve(axes, rows, "vpls", "device_mb", f"{method}: device", colour, "s--", False)
     log_log(axes, "VPLs", "megabytes")
     axes.set_title("memory, at most", fontsize=10)
-    axes.legend(fontsize=8)
+    legend_below(axes, 2)
 
 
 def stages(report):
@@ -311,7 +310,7 @@ def stages(report):
     if not ours:
         return False
     methods = list(dict.fromkeys(r["method"] for r in ours))
-    panels = Panels(3.8, 3.6)
+    panels = Panels(4.4, 4.1)
     for method in methods:
         panels.add(times_of_stages, ours, method)
     panels.add(memory, ours, methods)

@@ -13,8 +13,8 @@
 #include <limits>
 #include <memory>
 
+#include "bench_scene.h"
 #include "cpu/simd/isa.h"
-#include "cpu/vpl_tracer.h"
 #include "lightcuts/image.h"
 #include "lightcuts/io.h"
 #include "oracle/lit_surfaces.h"
@@ -30,30 +30,7 @@ double thread_seconds() {
   return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
 
-/// A scene with lights to make maps of.
-struct Bench {
-  std::string name;
-  Scene scene;
-  std::unique_ptr<SceneArrays> cpu_scene;
-  std::unique_ptr<RayTracer> tracer;
-  Lights all_lights;
-  LightSet lights;
-
-  explicit Bench(const char* which) : name(which) {
-    const bool file = std::strchr(which, '.') != nullptr;
-    scene = file ? load_scene(which).scene : make_builtin_scene(which);
-    if (!emits_light(scene)) scene.environment = Environment{};
-    validate(scene);
-    cpu_scene = std::make_unique<SceneArrays>(scene);
-    tracer = std::make_unique<RayTracer>(cpu_scene->view());
-    VplOptions options;
-    options.count = 2000;
-    all_lights = trace_vpls(*cpu_scene, *tracer, options);
-    lights = make_light_set(all_lights);
-  }
-};
-
-void print_agreement(const Bench& bench, std::uint32_t points, const ShadowMapOptions& options, const char* note,
+void print_agreement(const BenchScene& bench, std::uint32_t points, const ShadowMapOptions& options, const char* note,
                      bool exact = false) {
   constexpr std::size_t step = 20;
   const SurfacePoints surface(bench.cpu_scene->view(), {points});
@@ -70,7 +47,7 @@ void print_agreement(const Bench& bench, std::uint32_t points, const ShadowMapOp
 }
 
 /// Every row compares at least 14 000 pairs of a VPL and a point that faces it with traced rays.
-void agreement(const Bench& bench) {
+void agreement(const BenchScene& bench) {
   for (const int size : {32, 64, 128}) {
     for (const std::uint32_t points : {1000u, 8000u, 64000u}) {
       ShadowMapOptions options;
@@ -97,7 +74,7 @@ void agreement(const Bench& bench) {
 
 /// Seconds that a shadow ray between random points of the scene takes, and that a map takes; the best of several rounds,
 /// on one thread.
-void speed(const Bench& bench) {
+void speed(const BenchScene& bench) {
   const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
   oracle::ReceiverSampler sampler(bench.cpu_scene->view(), 1);
   std::vector<Ray> rays;
@@ -129,7 +106,7 @@ void speed(const Bench& bench) {
 }
 
 /// Milliseconds a map on one thread by texels, points and how many maps are made; the best of several rounds.
-void scaling(const Bench& bench) {
+void scaling(const BenchScene& bench) {
   const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
   fmt::print("{}\n| texels | points | maps | ms a map |\n|---:|---:|---:|---:|\n", bench.name);
   const auto row = [&](int size, std::uint32_t per_map, std::size_t step) {
@@ -152,7 +129,7 @@ void scaling(const Bench& bench) {
 }
 
 /// How much of the light arrives at places that it reaches with no shadow's edge near, in %.
-void lit(const Bench& bench) {
+void lit(const BenchScene& bench) {
   for (const int size : {16, 32, 64, 128, 256}) {
     for (const std::uint32_t points : {8000u, 64000u}) {
       const SurfacePoints surface(bench.cpu_scene->view(), {points});
@@ -171,7 +148,7 @@ void lit(const Bench& bench) {
 
 /// Draws one VPL's map of 128x128 texels from 1000 points three times, enlarged: as drawn, its holes filled by the study's
 /// mean, and by surfaces kept apart; 2 coarser levels. Nearer is darker; texels with nothing are grey.
-void picture(const Bench& bench, std::uint32_t light, const char* path) {
+void picture(const BenchScene& bench, std::uint32_t light, const char* path) {
   constexpr int size = 128, zoom = 3, gap = 12, panels = 3;
   constexpr int width = panels * size * zoom + (panels - 1) * gap, height = size * zoom;
   const SurfacePoints points(bench.cpu_scene->view(), {1000});
@@ -208,18 +185,40 @@ int main(int argc, char** argv) {
       return 2;
     }
     if (std::strcmp(argv[1], "map") == 0 && argc == 5) {
-      picture(Bench(argv[2]), static_cast<std::uint32_t>(std::atoi(argv[3])), argv[4]);
+      picture(BenchScene(argv[2]), static_cast<std::uint32_t>(std::atoi(argv[3])), argv[4]);
       return 0;
     }
     if (std::strcmp(argv[1], "scaling") == 0) {
-      for (int i = 2; i < argc; ++i) scaling(Bench(argv[i]));
+      for (int i = 2; i < argc; ++i) scaling(BenchScene(argv[i]));
+      return 0;
+    }
+    if (std::strcmp(argv[1], "rules") == 0) {
+      fmt::print(
+          "| scene | texels | rule | lit % | agreement % | balanced % | wrongly lit % | wrongly dark % "
+          "|\n|---|---|---|---|---|---|---|---|\n");
+      for (int i = 2; i < argc; ++i) {
+        const BenchScene bench(argv[i]);
+        for (const int size : {16, 32, 64, 128}) compare_lookup_rules(bench, size);
+      }
+      return 0;
+    }
+    if (std::strcmp(argv[1], "rule-pictures") == 0) {
+      fmt::print("| scene | texels | rule | relmse / FLIP | signed error |\n|---|---|---|---|---|\n");
+      for (int i = 2; i < argc; ++i) {
+        const BenchScene bench(argv[i], 1000);
+        for (const int size : {16, 64}) compare_pictures_by_rules(bench, size);
+      }
+      return 0;
+    }
+    if (std::strcmp(argv[1], "contact") == 0) {
+      for (int i = 2; i < argc; ++i) contact_shadows(std::atoi(argv[i]));
       return 0;
     }
     if (std::strcmp(argv[1], "lit") == 0) {
       fmt::print(
           "| scene | texels | points | lit % | shadowed by itself % | lit by exact depths % "
           "|\n|---|---|---|---|---|---|\n");
-      for (int i = 2; i < argc; ++i) lit(Bench(argv[i]));
+      for (int i = 2; i < argc; ++i) lit(BenchScene(argv[i]));
       return 0;
     }
     const bool rows = std::strcmp(argv[1], "agreement") == 0;
@@ -228,7 +227,7 @@ int main(int argc, char** argv) {
           "| scene | texels | points | | agreement % | balanced % | wrongly lit % | wrongly dark % | always lit % "
           "| errors at edges, % of errors of % of pairs |\n|---|---|---|---|---|---|---|---|---|---|\n");
     }
-    for (int i = 2; i < argc; ++i) rows ? agreement(Bench(argv[i])) : speed(Bench(argv[i]));
+    for (int i = 2; i < argc; ++i) rows ? agreement(BenchScene(argv[i])) : speed(BenchScene(argv[i]));
     return 0;
   } catch (const std::exception& error) {
     fmt::print(stderr, "{}\n", error.what());

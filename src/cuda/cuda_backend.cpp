@@ -422,9 +422,9 @@ bool CudaBackend::light_by_cuts(Shading& s) {
 /// Looks lights up from the pixels of a unit's tile; units are pixels or tiles.
 LookUpUnit CudaBackend::look_up_by(Shading& s, const CutJob& job, bool by_pixel) {
   return [this, &s, &job, by_pixel](std::uint32_t unit, int kind, const std::uint32_t* ids, std::uint32_t count,
-                                    std::uint8_t* fifths) {
+                                    std::uint8_t* shares) {
     look_up_tile(device_, light_maps_->view(), s.film.pixels(), job.lights, by_pixel ? unit / kTilePixels : unit, kind,
-                 ids, count, fifths);
+                 ids, count, shares);
   };
 }
 

@@ -204,10 +204,10 @@ void LightMaps::look_up_wanted(const TreeViews& trees, const FillShares& fill) {
     const std::uint32_t found = list_wanted(kind, ids);
     if (found == 0) continue;
     DeviceBuffer<std::uint8_t> larger(*device_, std::size_t{32} * (row_count_ + found));
-    check(cudaMemcpyAsync(larger.data(), fifths_.data(), std::size_t{32} * row_count_, cudaMemcpyDeviceToDevice,
+    check(cudaMemcpyAsync(larger.data(), shares_.data(), std::size_t{32} * row_count_, cudaMemcpyDeviceToDevice,
                           device_->stream()),
           "copying what arrives of lights");
-    fifths_ = std::move(larger);
+    shares_ = std::move(larger);
     const std::uint32_t at_once = std::max(1u, maps_->capacity() / (kind == point_kind ? 2 : 1));
     for (std::uint32_t first = 0; first < found; first += at_once) {
       const LightRange range{ids.data() + first, 0, std::min(at_once, found - first)};
@@ -217,18 +217,18 @@ void LightMaps::look_up_wanted(const TreeViews& trees, const FillShares& fill) {
       if (kind == directional_kind) maps_->add_directionals(points_->view(), range);
       made_ += maps_->count();
       most_ = std::max(most_, maps_->count());
-      fill(range.ids, range.count, kind, fifths_.data() + std::size_t{32} * (row_count_ + first));
+      fill(range.ids, range.count, kind, shares_.data() + std::size_t{32} * (row_count_ + first));
     }
     executor.for_each(found, WriteRows{ids.data(), row_count_, rows[kind]});
     row_count_ += found;
   }
   maps_->clear();
-  table_ = {{rows[0], rows[1], rows[2]}, fifths_.data()};
+  table_ = {{rows[0], rows[1], rows[2]}, shares_.data()};
 }
 
 void LightMaps::forget_table() {
   rows_ = {};
-  fifths_ = {};
+  shares_ = {};
   row_count_ = 0;
   table_ = {};
 }

@@ -20,16 +20,19 @@ struct WantedMaps {
 #endif
 };
 
-/// What arrives of lights at one tile's pixels, looked up before in maps that are gone: in fifths, 32 to a row.
+/// Steps in which shares are remembered.
+inline constexpr float kShareSteps = 255;
+
+/// What arrives of lights at one tile's pixels, looked up before in maps that are gone: in kShareSteps, 32 to a row.
 struct ShareTable {
   const std::uint32_t* rows[kKinds] = {};  ///< of each light, kNone: not looked up; null: there is no table
-  const std::uint8_t* fifths = nullptr;
+  const std::uint8_t* shares = nullptr;
 #if defined(__CUDACC__)
   __device__ std::uint32_t row(int kind, std::uint32_t light) const {
     return rows[kind] == nullptr ? kNone : rows[kind][light];
   }
   __device__ float share(std::uint32_t row, std::uint32_t lane) const {
-    return static_cast<float>(fifths[std::size_t{32} * row + lane]) * (1.0f / kTaps);
+    return static_cast<float>(shares[std::size_t{32} * row + lane]) * (1 / kShareSteps);
   }
 #endif
 };
@@ -58,7 +61,7 @@ class LightMaps {
   void clear();
 
   // One tile of which the maps do not fit all at once.
-  using FillShares = std::function<void(const std::uint32_t* ids, std::uint32_t count, int kind, std::uint8_t* fifths)>;
+  using FillShares = std::function<void(const std::uint32_t* ids, std::uint32_t count, int kind, std::uint8_t* shares)>;
   /// Takes the wishes, and the trees' upper levels, into the table: some maps at a time, which `fill` looks up before they
   /// are forgotten. Throws Error{out_of_memory} where the table does not fit.
   void look_up_wanted(const TreeViews& trees, const FillShares& fill);
@@ -91,7 +94,7 @@ class LightMaps {
 
   bool has_upper_levels_ = false;
   DeviceBuffer<std::uint32_t> rows_;
-  DeviceBuffer<std::uint8_t> fifths_;
+  DeviceBuffer<std::uint8_t> shares_;
   std::uint32_t row_count_ = 0;
   ShareTable table_;
   Device* device_;

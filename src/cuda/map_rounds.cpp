@@ -113,8 +113,8 @@ class Rounds {
       DeviceBuffer<std::uint32_t> unit(device_, 1);
       unit.upload(&units[i], 1);
       if (i == 0 || units[i] / units_of_tile_ != units[i - 1] / units_of_tile_) maps_.forget_table();
-      const auto fill = [&](const std::uint32_t* ids, std::uint32_t count, int kind, std::uint8_t* fifths) {
-        look_up_(units[i], kind, ids, count, fifths);
+      const auto fill = [&](const std::uint32_t* ids, std::uint32_t count, int kind, std::uint8_t* shares) {
+        look_up_(units[i], kind, ids, count, shares);
       };
       do {
         maps_.look_up_wanted(trees_, fill);

@@ -14,22 +14,22 @@ struct LookUpTile {
   std::uint32_t first_slot;
   int kind;
   const std::uint32_t* ids;
-  std::uint8_t* fifths;
+  std::uint8_t* shares;
   __device__ void operator()(std::uint32_t i) const {
     const std::uint32_t light = ids[i / 32], slot = first_slot + i % 32;
     const Vec3 at = pixels.position[slot], ng = pixels.ng[slot];
     const float share = kind == vpl_kind     ? vpl_share(maps, light, at, ng)
                         : kind == point_kind ? point_share(maps, light, lights.points[light].cos_outer, at, ng)
                                              : directional_share(maps, light, at, ng);
-    fifths[i] = static_cast<std::uint8_t>(share * kTaps + 0.5f);
+    shares[i] = static_cast<std::uint8_t>(share * kShareSteps + 0.5f);
   }
 };
 
 }  // namespace
 
 void look_up_tile(Device& device, const MapSetView& maps, const PixelView& pixels, const LightArrays& lights,
-                  std::uint32_t tile, int kind, const std::uint32_t* ids, std::uint32_t count, std::uint8_t* fifths) {
-  CudaExecutor(device).for_each(32 * count, LookUpTile{maps, pixels, lights, tile * kTilePixels, kind, ids, fifths});
+                  std::uint32_t tile, int kind, const std::uint32_t* ids, std::uint32_t count, std::uint8_t* shares) {
+  CudaExecutor(device).for_each(32 * count, LookUpTile{maps, pixels, lights, tile * kTilePixels, kind, ids, shares});
 }
 
 void cut_by_packets(Device& device, const MapSetView& maps, const WantedMaps& wanted, const ShareTable& table,

@@ -5,9 +5,9 @@
 
 namespace lightcuts::cuda {
 
-/// Looks up lights that have maps from all pixels of a tile: fifths[32 * i + lane] receives what arrives of light ids[i].
+/// Looks up lights that have maps from all pixels of a tile: shares[32 * i + lane] receives what arrives of light ids[i].
 void look_up_tile(Device& device, const MapSetView& maps, const PixelView& pixels, const LightArrays& lights,
-                  std::uint32_t tile, int kind, const std::uint32_t* ids, std::uint32_t count, std::uint8_t* fifths);
+                  std::uint32_t tile, int kind, const std::uint32_t* ids, std::uint32_t count, std::uint8_t* shares);
 
 /// As cut_by_packets, with visibility by shadow maps. Tiles that want a map that is missing are left and listed in
 /// list.missed; their lights without a map are marked as wanted.

@@ -28,26 +28,31 @@ inline constexpr float kEachItsOwn = -1;
 
 namespace detail {
 
-/// Receivers' nearest texels are at most two by two. Bit 4 y + x is a tap of the first of them among the 4x4 texels that they ask;
-/// the others' are shifted by their place.
-inline constexpr std::uint32_t kTapsOfCell = 0x0272u;
-
-LC_KERNEL std::uint32_t taps_of_cell(std::uint32_t x, std::uint32_t y) { return kTapsOfCell << (4 * y + x); }
-
-/// Where receivers can lie along one axis of the map: the nearest texel of the lowest and the highest, in texels.
+/// The texels that receivers ask along one axis of the map.
 struct TexelSpan {
-  float lo, hi;
+  float lo, hi;            ///< all of them
+  float near_lo, near_hi;  ///< those that are some receiver's own
 };
 LC_KERNEL TexelSpan texel_span(float at, float reach, int size) {
   const float half = 0.5f * static_cast<float>(size), place = at * half + (half - 0.5f);
   const float slack = reach * half + 1e-3f;  // rounding: a thousandth of a texel
-  return {std::floor(place - slack + 0.5f), std::floor(place + slack + 0.5f)};
+  const float least = place - slack, most = place + slack;
+  return {std::floor(least), std::floor(most) + 1, std::floor(least + 0.5f), std::floor(most + 0.5f)};
+}
+
+/// Bit i: texel lo + i is some receiver's own.
+LC_KERNEL std::uint32_t own_texels(const TexelSpan& span) {
+  return (2u << static_cast<std::uint32_t>(span.near_hi - span.lo)) -
+         (1u << static_cast<std::uint32_t>(span.near_lo - span.lo));
 }
 
 }  // namespace detail
 
 /// What look_up_map says of a VPL's map for each of the receivers, 0 for those that lie behind the light; kEachItsOwn where
 /// that differs between them, or where they are too far apart to say.
+///
+/// They get the same where all texels that any of them asks say the same. These are asked with the bias of a receiver's own
+/// texel: those beside it have a larger one only where it passes, and then they pass all the more.
 ///
 /// With E = (distance of the middle / distance of the tap's place on the receivers' plane), a tap passes where
 /// (code + bias) max(E, distance of the middle / own distance) >= distance of the middle; E is the receiver's own only in so
@@ -82,8 +87,8 @@ LC_KERNEL float look_up_group(const MapRecord& map, const FlatReceivers& receive
   const float reach_u = (std::fabs(a_x - u * (away_a + a_z)) + std::fabs(b_x - u * (away_b + b_z))) * scale + bend;
   const float reach_v = (std::fabs(a_y - v * (away_a + a_z)) + std::fabs(b_y - v * (away_b + b_z))) * scale + bend;
   const detail::TexelSpan xs = detail::texel_span(u, reach_u, side), ys = detail::texel_span(v, reach_v, side);
-  const float last = static_cast<float>(side - 2);
-  if (!(xs.lo >= 1 && xs.hi <= last && ys.lo >= 1 && ys.hi <= last && xs.hi - xs.lo <= 1 && ys.hi - ys.lo <= 1)) {
+  const float last = static_cast<float>(side - 3);
+  if (!(xs.lo >= 0 && xs.lo <= last && ys.lo >= 0 && ys.lo <= last && xs.hi - xs.lo <= 2 && ys.hi - ys.lo <= 2)) {
     return kEachItsOwn;
   }
 
@@ -91,46 +96,35 @@ LC_KERNEL float look_up_group(const MapRecord& map, const FlatReceivers& receive
   const float facing = std::fabs(dot(local, normal)) * inverse;
   if (facing < kLeastFacingOfGroup) return kEachItsOwn;
   const float wander = reach_u + reach_v;
-  const float room = (4.2f * (1.6f * texel + wander) * wander + 2 * off + 1e-5f) * detail::quick_reciprocal(facing);
+  const float room = (4.2f * (1.2f * texel + wander) * wander + 2 * off + 1e-5f) * detail::quick_reciprocal(facing);
   const float away = std::fabs(away_a) + std::fabs(away_b);
   const float nearer = away * inverse + share * share;  // at most, as a share
   const float least = 1 - nearer, most = 1 + 1.4f * nearer;
   const float other_bias = (away + height + 2 * receivers.reach * share) * map.bias_steps + 0.51f;
   const float high_depth = depth * (1 + 1e-5f), low_depth = depth * (1 - 1e-5f);
 
-  const auto wide = static_cast<std::uint32_t>(xs.hi - xs.lo), tall = static_cast<std::uint32_t>(ys.hi - ys.lo);
-  std::uint32_t asked = detail::kTapsOfCell | detail::taps_of_cell(wide, 0) | detail::taps_of_cell(0, tall) |
-                        detail::taps_of_cell(wide, tall);
-  const Depth* const first =
-      codes + (static_cast<std::int32_t>(ys.lo) - 1) * side + static_cast<std::int32_t>(xs.lo) - 1;
-  const float change = test.change + (xs.lo - 1 - (test.x - detail::kWholeMagic)) * test.change_x +
-                       (ys.lo - 1 - (test.y - detail::kWholeMagic)) * test.change_y;
-  std::uint32_t blocked = 0, doubtful = 0;
+  const auto wide = static_cast<std::int32_t>(xs.hi - xs.lo), tall = static_cast<std::int32_t>(ys.hi - ys.lo);
+  const std::uint32_t own_x = detail::own_texels(xs), own_y = detail::own_texels(ys);
+  const Depth* const first = codes + static_cast<std::int32_t>(ys.lo) * side + static_cast<std::int32_t>(xs.lo);
+  const float change = test.change + (xs.lo - (test.x - detail::kWholeMagic)) * test.change_x +
+                       (ys.lo - (test.y - detail::kWholeMagic)) * test.change_y;
+  bool all_pass = true, all_fail = true;
 #if defined(__CUDA_ARCH__)
 #pragma unroll
 #endif
-  for (int j = 0; j < 4; ++j) {
+  for (int j = 0; j < 3; ++j) {
 #if defined(__CUDA_ARCH__)
 #pragma unroll
 #endif
-    for (int i = 0; i < 4; ++i) {
-      const std::uint32_t bit = 1u << (4 * j + i);
-      if ((asked & bit) == 0) continue;
+    for (int i = 0; i < 3; ++i) {
+      if (i > wide || j > tall || ((own_x >> i | own_y >> j) & 1u) == 0) continue;
       const auto code = static_cast<float>(first[j * side + i]) + test.bias;
       const float e = change + static_cast<float>(i) * test.change_x + static_cast<float>(j) * test.change_y;
-      const bool passes = (code - other_bias) * larger(e - room, least) >= high_depth;
-      const bool fails = (code + other_bias) * larger(e + room, most) < low_depth;
-      blocked |= fails ? bit : 0;
-      doubtful |= passes || fails ? 0 : bit;
+      all_pass = all_pass && (code - other_bias) * larger(e - room, least) >= high_depth;
+      all_fail = all_fail && (code + other_bias) * larger(e + room, most) < low_depth;
     }
   }
-  if (doubtful != 0) return kEachItsOwn;
-  const int stopped = count_bits(blocked & detail::kTapsOfCell);
-  for (std::uint32_t cell = 1; cell < 4; ++cell) {
-    const std::uint32_t taps = detail::taps_of_cell(cell % 2 * wide, cell / 2 * tall);
-    if (count_bits(blocked & taps) != stopped) return kEachItsOwn;
-  }
-  return detail::share_of(static_cast<std::uint32_t>(stopped));
+  return all_pass ? 1 : all_fail ? 0 : kEachItsOwn;
 }
 
 }  // namespace lightcuts

@@ -104,6 +104,7 @@ struct TapTest {
   T minus_depth, bias;           ///< [codes]
   T change, change_x, change_y;  ///< at the centre tap; from a texel to the next
   T x, y;                        ///< the centre texel, whole numbers plus kWholeMagic
+  T rest_x, rest_y;              ///< from the receiver to its centre, in texels
 };
 
 /// The receiver's texel along one axis: `at` is its coordinate in [-1, 1].
@@ -149,6 +150,8 @@ LC_KERNEL TapTest<T> paraboloid_taps(const MapRecord& map, Vec3T<T> local, Vec3T
   test.change = test.change_x * x.rest + (test.change_y * y.rest + T(1.0f));
   test.x = x.index;
   test.y = y.index;
+  test.rest_x = x.rest;
+  test.rest_y = y.rest;
   return test;
 }
 
@@ -166,6 +169,8 @@ LC_KERNEL TapTest<T> orthographic_taps(const MapRecord& map, Vec3T<T> local, Vec
   test.change = test.change_x * x.rest + test.change_y * y.rest;
   test.x = x.index;
   test.y = y.index;
+  test.rest_x = x.rest;
+  test.rest_y = y.rest;
   return test;
 }
 
@@ -191,61 +196,64 @@ struct BiasedCode {
   }
 };
 
-/// 1 where the tap is blocked.
+/// Below 0 where the tap is blocked.
 template <bool Paraboloid>
-LC_KERNEL std::uint32_t tap_blocked(const TapTest<float>& test, float change, float reach) {
-  const float over =
-      Paraboloid ? reach * larger(change, 1.0f) + test.minus_depth : reach + (test.minus_depth - smaller(change, 0.0f));
-  return bits_of(over) >> 31;
+LC_KERNEL float tap_margin(const TapTest<float>& test, float change, float reach) {
+  return Paraboloid ? reach * larger(change, 1.0f) + test.minus_depth
+                    : reach + (test.minus_depth - smaller(change, 0.0f));
 }
 
-/// Asks the five taps of a texel at the map's border, which stands for its missing neighbours.
+/// The bias of the taps beside a receiver's own that lets light pass, from that one's: a code and texels [codes].
+template <class T>
+LC_KERNEL T bias_beside(T bias) {
+  constexpr float kRatio = kBesideBiasTexels / kBiasTexels;
+  return bias * T(kRatio) - T(kRatio - 1);
+}
+
+/// a where b is below 0, else -a.
+LC_KERNEL float against(float a, float b) { return float_of(bits_of(a) ^ (~bits_of(b) & 0x80000000u)); }
+
+/// Asks the texel `at` and those two beside it that are nearest to the receiver, `beside` and `above` texels on. The other
+/// two of the plus count nothing.
 template <class Depth, bool Paraboloid>
-LC_KERNEL std::uint32_t border_taps_blocked(const TapTest<float>& test, const BiasedCode<Depth>& reach, int x, int y,
-                                            int side, const Depth* codes) {
-  std::uint32_t blocked = 0;
-#if defined(__CUDA_ARCH__)
-#pragma unroll 1  // rare: the others' addresses and changes shall not be computed this way
-#endif
-  for (int tap = 0; tap < kTaps; ++tap) {
-    const int i = clamp_to(x + tap_x(tap), 0, side - 1), j = clamp_to(y + tap_y(tap), 0, side - 1);
-    const float change =
-        test.change + static_cast<float>(i - x) * test.change_x + static_cast<float>(j - y) * test.change_y;
-    blocked += tap_blocked<Paraboloid>(test, change, reach(codes[j * side + i]));
-  }
-  return blocked;
+LC_KERNEL float share_of_taps(const TapTest<float>& test, float change_x, float change_y, int beside, int above,
+                              const Depth* at) {
+  const bool passes = !(tap_margin<Paraboloid>(test, test.change, BiasedCode<Depth>(test.bias)(at[0])) < 0);
+  const BiasedCode<Depth> reach(passes ? bias_beside(test.bias) : test.bias);
+  const float x = tap_margin<Paraboloid>(test, test.change + change_x, reach(at[beside]));
+  const float y = tap_margin<Paraboloid>(test, test.change + change_y, reach(at[above]));
+  const float weight_x = std::fabs(test.rest_x), weight_y = std::fabs(test.rest_y);
+  const float of_x = x < 0 ? 0.0f : weight_x, of_y = y < 0 ? 0.0f : weight_y;
+  return larger((passes ? 1 - weight_x - weight_y : 0.0f) + (of_x + of_y), 0.0f);  // by rounding it may be below 0
 }
 
-/// Asks the five taps of the texel `at`, none of them beyond the map.
+/// The same where none of the texels lies beyond the map.
 template <class Depth, bool Paraboloid>
-LC_KERNEL std::uint32_t inner_taps_blocked(const TapTest<float>& test, const BiasedCode<Depth>& reach, int side,
-                                           const Depth* at) {
-  std::uint32_t blocked = tap_blocked<Paraboloid>(test, test.change, reach(at[0]));
-  blocked += tap_blocked<Paraboloid>(test, test.change + test.change_x, reach(at[1]));
-  blocked += tap_blocked<Paraboloid>(test, test.change - test.change_x, reach(at[-1]));
-  blocked += tap_blocked<Paraboloid>(test, test.change + test.change_y, reach(at[side]));
-  blocked += tap_blocked<Paraboloid>(test, test.change - test.change_y, reach(at[-side]));
-  return blocked;
+LC_KERNEL float share_of_inner_taps(const TapTest<float>& test, int side, const Depth* at) {
+  return share_of_taps<Depth, Paraboloid>(test, against(test.change_x, test.rest_x),
+                                          against(test.change_y, test.rest_y), test.rest_x < 0 ? 1 : -1,
+                                          test.rest_y < 0 ? side : -side, at);
 }
 
-/// Of five taps, the share that passes.
-LC_KERNEL float share_of(std::uint32_t blocked) {
-  return (kWholeMagic + 5 - float_of(kWholeBits | blocked)) * (1.0f / kTaps);
+/// The same of any texel: one at the map's border stands for its missing neighbours.
+template <class Depth, bool Paraboloid>
+LC_KERNEL float share_of_border_taps(const TapTest<float>& test, int x, int y, int side, const Depth* codes) {
+  const int i = clamp_to(x + (test.rest_x < 0 ? 1 : -1), 0, side - 1) - x;
+  const int j = clamp_to(y + (test.rest_y < 0 ? 1 : -1), 0, side - 1) - y;
+  return share_of_taps<Depth, Paraboloid>(test, static_cast<float>(i) * test.change_x,
+                                          static_cast<float>(j) * test.change_y, i, j * side, codes + (y * side + x));
 }
 
-/// Asks the five taps; `Size` 0: as `size` says, which must be a power of two or `Size`.
+/// Asks the taps; `Size` 0: as `size` says, which must be a power of two or `Size`.
 template <class Depth, bool Paraboloid, int Size>
 LC_KERNEL float ask_taps(const TapTest<float>& test, int size, const Depth* codes) {
   const int side = Size > 0 ? Size : size;
   const std::uint32_t x = bits_of(test.x) - kWholeBits, y = bits_of(test.y) - kWholeBits;
   const auto inner = static_cast<std::uint32_t>(side - 2);
-  const BiasedCode<Depth> reach(test.bias);
   if (x - 1 < inner && y - 1 < inner) {
-    const Depth* const at = codes + (y * static_cast<std::uint32_t>(side) + x);
-    return share_of(inner_taps_blocked<Depth, Paraboloid>(test, reach, side, at));
+    return share_of_inner_taps<Depth, Paraboloid>(test, side, codes + (y * static_cast<std::uint32_t>(side) + x));
   }
-  return share_of(
-      border_taps_blocked<Depth, Paraboloid>(test, reach, static_cast<int>(x), static_cast<int>(y), side, codes));
+  return share_of_border_taps<Depth, Paraboloid>(test, static_cast<int>(x), static_cast<int>(y), side, codes);
 }
 
 /// Taps whose texel, by rounding, can lie just beyond the map.
@@ -273,8 +281,9 @@ LC_KERNEL FacingTaps facing_taps(const MapRecord& map, Vec3 local, Vec3 normal, 
   test.change_y = slope * (v * minus_along + normal.y);
   test.x = place_x + kWholeMagic;
   test.y = place_y + kWholeMagic;
-  const float rest_x = (test.x - kWholeMagic) - place_x, rest_y = (test.y - kWholeMagic) - place_y;
-  test.change = test.change_x * rest_x + (test.change_y * rest_y + 1);
+  test.rest_x = (test.x - kWholeMagic) - place_x;
+  test.rest_y = (test.y - kWholeMagic) - place_y;
+  test.change = test.change_x * test.rest_x + (test.change_y * test.rest_y + 1);
   taps.out = larger(std::fabs(u), std::fabs(v));
   return taps;
 }
@@ -283,17 +292,17 @@ template <class Depth, int Size>
 LC_KERNEL float ask_facing_taps(const FacingTaps& taps, int size, const Depth* codes) {
   const int side = Size > 0 ? Size : size;
   TapTest<float> test = taps.test;
-  const BiasedCode<Depth> reach(test.bias);
   // Not at the border, by more than rounding.
   if (taps.out < (1 - 1e-6f) - 2.0f / static_cast<float>(side)) {
     const std::uint32_t x = bits_of(test.x) - kWholeBits, y = bits_of(test.y) - kWholeBits;
-    const Depth* const at = codes + (y * static_cast<std::uint32_t>(side) + x);
-    return share_of(inner_taps_blocked<Depth, true>(test, reach, side, at));
+    return share_of_inner_taps<Depth, true>(test, side, codes + (y * static_cast<std::uint32_t>(side) + x));
   }
   const float last = static_cast<float>(side - 1), at_x = test.x - kWholeMagic, at_y = test.y - kWholeMagic;
   const float x = smaller(larger(at_x, 0.0f), last), y = smaller(larger(at_y, 0.0f), last);
+  test.rest_x += x - at_x;
+  test.rest_y += y - at_y;
   test.change += (x - at_x) * test.change_x + (y - at_y) * test.change_y;
-  return share_of(border_taps_blocked<Depth, true>(test, reach, static_cast<int>(x), static_cast<int>(y), side, codes));
+  return share_of_border_taps<Depth, true>(test, static_cast<int>(x), static_cast<int>(y), side, codes);
 }
 
 }  // namespace detail

@@ -294,6 +294,10 @@ LC_FN TexelRange texel_range(float centre, float radius, int size) {
 /// from the plane by a part of a texel's width. That width is small near the light, so contact shadows stay.
 inline constexpr float kBiasTexels = 0.25f;
 
+/// The same for the texels beside the receiver's own, where that one lets light pass: beside a corner or a small thing they
+/// hold another surface, which stands a texel's width before the receiver's plane and shadows nothing.
+inline constexpr float kBesideBiasTexels = 1;
+
 /// What the five taps around a receiver are compared with: a tap at (u + du, v + dv) holds an occluder if its stored depth
 /// plus `bias` is less than that of the receiver's plane there, or of the receiver where the plane lies farther.
 template <class T>
@@ -361,7 +365,9 @@ inline constexpr int kTaps = 5;
 LC_FN int tap_x(int tap) { return tap == 1 ? 1 : tap == 2 ? -1 : 0; }
 LC_FN int tap_y(int tap) { return tap == 3 ? 1 : tap == 4 ? -1 : 0; }
 
-/// Share of light that arrives at a point: five lookups, the results averaged, never the depths.
+/// Share of light that arrives at a point: five lookups, a plus, of which the results are averaged, never the depths. Each counts
+/// by the receiver's place between the centres of texels, as in linear interpolation: so two of them count nothing, and an
+/// edge of a shadow is a texel wide.
 ///
 /// @param local   receiver in the view's coordinates [m]
 /// @param normal  its unit geometric normal in them
@@ -372,20 +378,27 @@ template <class Depth, class Fetch>
 LC_FN float lookup_visibility(const MapView& view, Vec3 local, Vec3 normal, int size, const Fetch& fetch) {
   const bool paraboloid = view.half_width == 0;
   const float texel = 2.0f / static_cast<float>(size), step = view.far / kDepthSteps<Depth>;
-  const TapPlane<float> plane = paraboloid ? tap_plane_paraboloid(local, normal, texel, step)
-                                           : tap_plane_orthographic(local, normal, view.half_width, texel, step);
+  TapPlane<float> plane = paraboloid ? tap_plane_paraboloid(local, normal, texel, step)
+                                     : tap_plane_orthographic(local, normal, view.half_width, texel, step);
   const float last = static_cast<float>(size - 1), half = 0.5f * static_cast<float>(size);
   const int x = static_cast<int>(clamp_to((plane.at.u + 1) * half, 0.0f, last));
   const int y = static_cast<int>(clamp_to((plane.at.v + 1) * half, 0.0f, last));
-  float passed = 0;
-  for (int tap = 0; tap < kTaps; ++tap) {
+  const auto passes = [&](int tap) {
     const int i = clamp_to(x + tap_x(tap), 0, size - 1), j = clamp_to(y + tap_y(tap), 0, size - 1);
     const Depth code = fetch(i, j);
-    passed += code == kNoDepth<Depth> ? 1.0f
-                                      : tap_passes(plane, texel_centre(i, size), texel_centre(j, size),
-                                                   static_cast<float>(code) * step, paraboloid);
+    if (code == kNoDepth<Depth>) return 1.0f;
+    return tap_passes(plane, texel_centre(i, size), texel_centre(j, size), static_cast<float>(code) * step, paraboloid);
+  };
+  // From the texel's centre to the receiver, in texels.
+  const float right = (plane.at.u - texel_centre(x, size)) * half, up = (plane.at.v - texel_centre(y, size)) * half;
+  const float middle = passes(0);
+  float share = middle * (1 - std::fabs(right) - std::fabs(up));
+  if (middle > 0) plane.bias = step + (plane.bias - step) * (kBesideBiasTexels / kBiasTexels);
+  for (int tap = 1; tap < kTaps; ++tap) {
+    const float weight = static_cast<float>(tap_x(tap)) * right + static_cast<float>(tap_y(tap)) * up;
+    if (weight > 0) share += weight * passes(tap);
   }
-  return passed * (1.0f / kTaps);
+  return max_of(share, 0.0f);
 }
 
 }  // namespace lightcuts

@@ -21,7 +21,7 @@ TEST_P(LitSurfaceTest, IsFreeOfAcneAtAllMapSizes) {
         oracle::measure_lit_surfaces(maps.set, s.light_set, s.cpu_scene, s.tracer, step, 60, true);
     EXPECT_GT(found.asked, 200);
     // Lookups lose a little even with exact depths, of what is curved or close to other things.
-    EXPECT_GE(found.lit_share(), std::min(0.99, found.exact_share() - 0.015)) << size << " texels";
+    EXPECT_GE(found.lit_share(), std::min(0.99, found.exact_share() - 0.02)) << size << " texels";
   }
 }
 

@@ -26,6 +26,8 @@ void compare_lookups(int size) {
   const Box bounds{{-3, -1, -4}, {5, 3, 4}};
   int receivers = 0, differ = 0, facing_differ = 0;
   double passed = 0;
+  constexpr float kRounding = 1e-6f;  // of a place on the map, whose whole part is `size` texels
+  const auto side = static_cast<float>(size);
   for (int round = 0; round < 200; ++round) {
     const Vec3 origin = bounds.lo + (bounds.hi - bounds.lo) * Vec3{unit(dice), unit(dice), unit(dice)};
     const Vec3 axis = random_direction(dice);
@@ -49,11 +51,11 @@ void compare_lookups(int size) {
         const Vec3 normal{dot(turned, map.x), dot(turned, map.y), dot(turned, map.z)};
         const float facing =
             look_up_facing<Depth, Size>(map, seen, normal, dot(seen, seen), dot(seen, normal), size, codes.data());
-        facing_differ += std::abs(facing - expected) > 1e-5f ? 1 : 0;
+        facing_differ += std::abs(facing - expected) > kRounding * side ? 1 : 0;
       }
       ++receivers;
       passed += expected;
-      differ += std::abs(got - expected) > 1e-5f ? 1 : 0;
+      differ += std::abs(got - expected) > kRounding * side ? 1 : 0;
     }
   }
   std::printf("  %d texels, %d bits: %d of %d lookups differ, %.0f %% pass\n", size,
@@ -154,7 +156,7 @@ void compare_groups(float extent) {
   std::printf("  %d texels, groups of %g m: one look serves all in %d %%, %d receivers of %d wrong\n", Size, extent,
               100 * known / groups, wrong, 24 * known);
   EXPECT_EQ(wrong, 0);
-  EXPECT_GT(known, extent < 0.02f ? 9 * groups / 10 : groups / 50);
+  EXPECT_GT(known, extent < 0.02f ? 3 * groups / 4 : groups / 50);
 }
 
 TEST(GroupLookup, SaysWhatEveryReceiverWouldSee) {
@@ -237,6 +239,54 @@ TEST(GroupLookup, OfManyMapsAtOnceSaysTheSame) {
     EXPECT_GT(known, asked * 3 / 4) << isa_name(isa);
     EXPECT_LT(known_to_one, asked / 500) << isa_name(isa);
   }
+}
+
+/// A light 2 m above a floor, and a map of it that holds a sheet at `height` above the floor from texel `first` on.
+struct SheetMap {
+  static constexpr int kSize = 32;
+  MapView view = paraboloid_view({0, 0, 2}, {0, 0, -1}, {{-3, -3, 0}, {3, 3, 2}});
+  MapRecord map = make_map_record<std::uint16_t>(view, kSize);
+  std::vector<std::uint16_t> codes;
+
+  SheetMap(int first, float height) {
+    for (int t = 0; t < kSize * kSize; ++t) {
+      const Vec3 w = unproject_paraboloid(texel_centre(t % kSize, kSize), texel_centre(t / kSize, kSize));
+      const float away = (t % kSize >= first ? 2 - height : 2) / max_of(w.z, 0.01f);
+      codes.push_back(encode_depth<std::uint16_t>(away, map.steps));
+    }
+  }
+  /// What arrives at the floor where the map's coordinate along x is `column` texels, in the middle of row 16.
+  [[nodiscard]] float share(float column) const {
+    const float u = 2 * column / kSize - 1, v = texel_centre(16, kSize);
+    const Vec3 w = unproject_paraboloid(u, v) * 1.0f;
+    const Vec3 local = w * (2 / w.z);
+    const Vec3 ng{dot(Vec3{0, 0, 1}, map.x), dot(Vec3{0, 0, 1}, map.y), dot(Vec3{0, 0, 1}, map.z)};
+    const float along = dot(local, -ng);
+    const float share =
+        look_up_facing<std::uint16_t, kSize>(map, local, -ng, dot(local, local), along, kSize, codes.data());
+    EXPECT_NEAR(share, (look_up_map<std::uint16_t, true>(map, local, {0, 0, 1}, kSize, codes.data())), 1e-5f);
+    return share;
+  }
+};
+
+TEST(MapLookup, AShadowsEdgeIsATexelWide) {
+  const SheetMap sheet(20, 1);
+  // Texel 20 lies from 20 to 21. The centres on both sides of the edge are 19.5 and 20.5.
+  EXPECT_EQ(sheet.share(18.7f), 1);
+  EXPECT_NEAR(sheet.share(19.5f), 1, 1e-4f);
+  for (const float column : {19.6f, 19.75f, 19.9f, 20.1f, 20.25f, 20.4f}) {
+    EXPECT_NEAR(sheet.share(column), 20.5f - column, 1e-4f) << column;
+  }
+  EXPECT_NEAR(sheet.share(20.5f), 0, 1e-4f);
+  EXPECT_EQ(sheet.share(21.3f), 0);
+}
+
+TEST(MapLookup, WhatIsATexelsWidthAwayDarkensOnlyTheReceiversOwnTexel) {
+  // A texel is some 27 cm wide there.
+  const SheetMap low(20, 0.15f), high(20, 0.4f);
+  EXPECT_EQ(low.share(19.8f), 1) << "lit, whatever the texel beside holds";
+  EXPECT_NEAR(low.share(20.2f), 0.3f, 1e-4f) << "dark: the texel beside lets light pass";
+  EXPECT_NEAR(high.share(19.8f), 0.7f, 1e-4f);
 }
 
 TEST(MapLookup, WithoutADepthEverythingPasses) {

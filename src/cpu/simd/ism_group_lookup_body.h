@@ -7,35 +7,30 @@ namespace {
 LC_LANES_FN Lanes absolute(Lanes v) { return xsimd::abs(v.value); }
 LC_LANES_FN Lanes floor_of(Lanes v) { return xsimd::floor(v.value); }
 
-/// The 4x4 texels of each map that a group's receivers may ask, as numbers.
+/// The 3x3 texels of each map that a group's receivers may ask, as numbers.
 struct GroupCodes {
-  Lanes at[4][4];  ///< by row and column
+  Lanes at[3][3];  ///< by row and column
 };
 
 LC_LANES_FN GroupCodes load_codes(const GroupMap* maps, int first, int count, Lanes index, int size) {
   alignas(64) float from[Lanes::kCount];
-  alignas(64) std::uint32_t halves[4][2][Lanes::kCount];
+  alignas(64) std::uint64_t rows[3][Lanes::kCount];
   index.store(from);
   for (int lane = 0; lane < Lanes::kCount; ++lane) {
     const std::uint16_t* codes =
         maps[first + (lane < count ? lane : 0)].codes + static_cast<std::ptrdiff_t>(from[lane]);
-    for (int row = 0; row < 4; ++row, codes += size) {
-      __builtin_memcpy(&halves[row][0][lane], codes, 4);
-      __builtin_memcpy(&halves[row][1][lane], codes + 2, 4);
-    }
+    for (int row = 0; row < 3; ++row, codes += size) __builtin_memcpy(&rows[row][lane], codes, 8);
   }
   GroupCodes out;
-  alignas(64) float low[Lanes::kCount], high[Lanes::kCount];
-  for (int row = 0; row < 4; ++row) {
-    for (int half = 0; half < 2; ++half) {
-      const int column = 2 * half;
-      for (int lane = 0; lane < Lanes::kCount; ++lane) {
-        low[lane] = static_cast<float>(static_cast<std::int32_t>(halves[row][half][lane] & 0xffffu));
-        high[lane] = static_cast<float>(static_cast<std::int32_t>(halves[row][half][lane] >> 16));
-      }
-      out.at[row][column] = Lanes::load(low);
-      out.at[row][column + 1] = Lanes::load(high);
+  alignas(64) float codes[3][Lanes::kCount];
+  for (int row = 0; row < 3; ++row) {
+    for (int lane = 0; lane < Lanes::kCount; ++lane) {
+      const std::uint64_t four = rows[row][lane];
+      codes[0][lane] = static_cast<float>(static_cast<std::int32_t>(four & 0xffffu));
+      codes[1][lane] = static_cast<float>(static_cast<std::int32_t>(four >> 16 & 0xffffu));
+      codes[2][lane] = static_cast<float>(static_cast<std::int32_t>(four >> 32 & 0xffffu));
     }
+    for (int column = 0; column < 3; ++column) out.at[row][column] = Lanes::load(codes[column]);
   }
   return out;
 }
@@ -72,14 +67,16 @@ LC_LANES_FN void look_up_group_lanes(const FlatReceivers& receivers, const Group
   const Lanes reach_v = (absolute(a.y - v * grow_a) + absolute(b.y - v * grow_b)) * scale + bend;
   const Lanes place_x = u * half + (half - Lanes(0.5f)), place_y = v * half + (half - Lanes(0.5f));
   const Lanes slack_x = reach_u * half + Lanes(1e-3f), slack_y = reach_v * half + Lanes(1e-3f), mid(0.5f);
-  const Lanes x_lo = floor_of(place_x - slack_x + mid), x_hi = floor_of(place_x + slack_x + mid);
-  const Lanes y_lo = floor_of(place_y - slack_y + mid), y_hi = floor_of(place_y + slack_y + mid);
-  const Lanes last(static_cast<float>(size - 2) + 0.5f);
+  const Lanes x_least = place_x - slack_x, x_most = place_x + slack_x;
+  const Lanes y_least = place_y - slack_y, y_most = place_y + slack_y;
+  const Lanes x_lo = floor_of(x_least), x_hi = floor_of(x_most) + one;
+  const Lanes y_lo = floor_of(y_least), y_hi = floor_of(y_most) + one;
+  const Lanes last(static_cast<float>(size - 3) + 0.5f);
   const Lanes wide = x_hi - x_lo, tall = y_hi - y_lo;
   const Lanes facing = dot(local, normal) * inverse;
   const Mask seen_flat = (off < Lanes(kFlatnessSeen)) & (absolute(facing) > Lanes(kLeastFacingOfGroup));
-  const Mask fits = seen_flat & (near < Lanes(0.2f)) & (local.z - Lanes(1.01f) * height > zero) & (x_lo > mid) &
-                    (x_hi < last) & (y_lo > mid) & (y_hi < last) & (wide < Lanes(1.5f)) & (tall < Lanes(1.5f));
+  const Mask fits = seen_flat & (near < Lanes(0.2f)) & (local.z - Lanes(1.01f) * height > zero) & (x_lo > -mid) &
+                    (x_lo < last) & (y_lo > -mid) & (y_lo < last) & (wide < Lanes(2.5f)) & (tall < Lanes(2.5f));
   const std::uint32_t asking = bits(fits);
   Lanes found(kEachItsOwn);
   if (asking != 0) {
@@ -87,9 +84,9 @@ LC_LANES_FN void look_up_group_lanes(const FlatReceivers& receivers, const Group
     const Lanes slope = (texel * sum) * (inverse * inverse_facing(facing));
     const Lanes minus_along = -facing - normal.z;
     const Lanes change_x = slope * (u * minus_along + normal.x), change_y = slope * (v * minus_along + normal.y);
-    const Lanes start = change_x * (x_lo - one - place_x) + (change_y * (y_lo - one - place_y) + one);
+    const Lanes start = change_x * (x_lo - place_x) + (change_y * (y_lo - place_y) + one);
     const Lanes wander = reach_u + reach_v;
-    const Lanes room = (Lanes(4.2f) * (Lanes(1.6f) * texel + wander) * wander + Lanes(2.0f) * off + Lanes(1e-5f)) *
+    const Lanes room = (Lanes(4.2f) * (Lanes(1.2f) * texel + wander) * wander + Lanes(2.0f) * off + Lanes(1e-5f)) *
                        quick_reciprocal(max_of(absolute(facing), Lanes(kLeastFacing)));
     const Lanes away = absolute(away_a) + absolute(away_b);
     const Lanes nearer = away * inverse + near * near;
@@ -98,35 +95,31 @@ LC_LANES_FN void look_up_group_lanes(const FlatReceivers& receivers, const Group
     const Lanes other_bias = (away + height + Lanes(2.0f) * reach * near) * bias_steps + Lanes(0.51f);
     const Lanes depth = distance * steps, high_depth = depth * Lanes(1 + 1e-5f), low_depth = depth * Lanes(1 - 1e-5f);
 
-    const Lanes index = select(fits, (y_lo - one) * Lanes(static_cast<float>(size)) + (x_lo - one), zero);
+    const Lanes index = select(fits, y_lo * Lanes(static_cast<float>(size)) + x_lo, zero);
     const GroupCodes codes = load_codes(maps, first, count, index, size);
-    Lanes fails[4][4];
-    std::uint32_t doubtful[4][4];
-    for (int j = 0; j < 4; ++j) {
-      for (int i = 0; i < 4; ++i) {
-        if ((i == 0 || i == 3) && (j == 0 || j == 3)) continue;
+    // Texels that no receiver asks: beyond the span, or neither in the column nor in the row of one's own texel.
+    std::uint32_t past_x[3], past_y[3], off_x[3], off_y[3];
+    const auto outside = [&](Lanes at, Lanes from, Lanes to) {
+      return bits((at < floor_of(from + mid) - mid) | (at > floor_of(to + mid) + mid));
+    };
+    for (int i = 0; i < 3; ++i) {
+      const Lanes step(static_cast<float>(i));
+      past_x[i] = bits(wide < step - mid);
+      past_y[i] = bits(tall < step - mid);
+      off_x[i] = outside(x_lo + step, x_least, x_most);
+      off_y[i] = outside(y_lo + step, y_least, y_most);
+    }
+    std::uint32_t pass = asking, fail = asking;
+    for (int j = 0; j < 3; ++j) {
+      for (int i = 0; i < 3; ++i) {
+        const std::uint32_t not_asked = past_x[i] | past_y[j] | (off_x[i] & off_y[j]);
         const Lanes code = codes.at[j][i] + bias;
         const Lanes e = start + Lanes(static_cast<float>(i)) * change_x + Lanes(static_cast<float>(j)) * change_y;
-        const Mask no_pass = (code - other_bias) * max_of(e - room, least) < high_depth;
-        const Mask fail = (code + other_bias) * max_of(e + room, most) < low_depth;
-        fails[j][i] = select(fail, one, zero);
-        doubtful[j][i] = bits(no_pass) & ~bits(fail);
+        pass &= not_asked | ~bits((code - other_bias) * max_of(e - room, least) < high_depth);
+        fail &= not_asked | bits((code + other_bias) * max_of(e + room, most) < low_depth);
       }
     }
-    // The nearest texels of the receivers are up to two by two: all must say the same.
-    const auto count_of = [&](int i, int j) {
-      return fails[j][i] + fails[j - 1][i] + fails[j + 1][i] + fails[j][i - 1] + fails[j][i + 1];
-    };
-    const auto doubts_of = [&](int i, int j) {
-      return doubtful[j][i] | doubtful[j - 1][i] | doubtful[j + 1][i] | doubtful[j][i - 1] | doubtful[j][i + 1];
-    };
-    const Lanes stopped = count_of(1, 1);
-    const std::uint32_t two_wide = bits(wide > mid), two_tall = bits(tall > mid);
-    const auto differs = [&](int i, int j) { return bits(absolute(count_of(i, j) - stopped) > mid) | doubts_of(i, j); };
-    const std::uint32_t unsure = doubts_of(1, 1) | (differs(2, 1) & two_wide) | (differs(1, 2) & two_tall) |
-                                 (differs(2, 2) & two_wide & two_tall);
-    found = select(Mask{lanes_of(asking & ~unsure)}, (Lanes(static_cast<float>(kTaps)) - stopped) * Lanes(1.0f / kTaps),
-                   found);
+    found = select(Mask{lanes_of(pass)}, one, select(Mask{lanes_of(fail)}, zero, found));
   }
   found = select(behind & (near < Lanes(0.2f)) & (off < Lanes(kFlatnessSeen)), zero, found);
   found.store(share + first);

@@ -4,28 +4,16 @@
 namespace lightcuts::LC_ISA {
 namespace {
 
-/// The codes of the five taps of a register of receivers, as numbers.
+/// The codes of the taps of a register of receivers, as numbers: their own texels, and the nearest ones beside and above
+/// or below.
 struct TapCodes {
-  Lanes centre, right, left, above, below;
+  Lanes middle, beside, above;
 };
 
-/// A tap's place, whole numbers in [0, size).
+/// A tap's place: row times size plus column, whole numbers.
 struct TapPlaces {
-  Lanes centre, right, left, above, below;  ///< row times size plus column
-  Mask at_right, at_left;                   ///< the centre lies in the last, the first column
+  Lanes middle, beside, above;
 };
-
-LC_LANES_FN TapPlaces tap_places(Lanes x, Lanes y, int size) {
-  const Lanes zero(0.0f), one(1.0f), side(static_cast<float>(size)), last(static_cast<float>(size - 1));
-  const Lanes row = y * side, centre = row + x;
-  return {centre,
-          row + min_of(x + one, last),
-          row + max_of(x - one, zero),
-          min_of(y + one, last) * side + x,
-          max_of(y - one, zero) * side + x,
-          x > last - one,
-          x < one};
-}
 
 #if defined(__AVX512F__)
 LC_LANES_FN __m512i gather_words(const void* codes, Lanes index, std::uint32_t lanes) {
@@ -37,20 +25,12 @@ LC_LANES_FN Lanes low_codes(__m512i words) {
 }
 LC_LANES_FN Lanes high_codes(__m512i words) { return Batch(_mm512_cvtepi32_ps(_mm512_srli_epi32(words, 16))); }
 
-/// One reading of four codes holds a row's three taps.
+/// One reading of two codes holds the texel and the one beside it.
 LC_LANES_FN TapCodes gather_taps(const std::uint16_t* codes, const TapPlaces& at, std::uint32_t lanes) {
-  const __m512i index = _mm512_sub_epi32(_mm512_cvttps_epi32(at.centre.value), _mm512_set1_epi32(1));
-  const __m512i none = _mm512_setzero_si512();
-  const __m512i first =
-      _mm512_mask_i32gather_epi64(none, static_cast<__mmask8>(lanes & 0xff), _mm512_castsi512_si256(index), codes, 2);
-  const __m512i second = _mm512_mask_i32gather_epi64(none, static_cast<__mmask8>(lanes >> 8),
-                                                     _mm512_extracti64x4_epi64(index, 1), codes, 2);
-  const __m512i even = _mm512_set_epi32(30, 28, 26, 24, 22, 20, 18, 16, 14, 12, 10, 8, 6, 4, 2, 0);
-  const __m512i lower = _mm512_permutex2var_epi32(first, even, second);
-  const __m512i upper = _mm512_permutex2var_epi32(first, _mm512_add_epi32(even, _mm512_set1_epi32(1)), second);
-  const Lanes centre = high_codes(lower);
-  return {centre, select(at.at_right, centre, low_codes(upper)), select(at.at_left, centre, low_codes(lower)),
-          low_codes(gather_words(codes, at.above, lanes)), low_codes(gather_words(codes, at.below, lanes))};
+  const __m512i both = gather_words(codes, min_of(at.middle, at.beside), lanes);
+  const Lanes left = low_codes(both), right = high_codes(both);
+  const Mask on_right = at.beside > at.middle, on_left = at.beside < at.middle;
+  return {select(on_left, right, left), select(on_right, right, left), low_codes(gather_words(codes, at.above, lanes))};
 }
 #elif defined(__AVX2__)
 LC_LANES_FN __m256i mask_of(std::uint32_t lanes) {
@@ -66,22 +46,12 @@ LC_LANES_FN Lanes low_codes(__m256i words) {
 }
 LC_LANES_FN Lanes high_codes(__m256i words) { return Batch(_mm256_cvtepi32_ps(_mm256_srli_epi32(words, 16))); }
 
-/// One reading of four codes holds a row's three taps.
+/// One reading of two codes holds the texel and the one beside it.
 LC_LANES_FN TapCodes gather_taps(const std::uint16_t* codes, const TapPlaces& at, std::uint32_t lanes) {
-  const __m256i mask = mask_of(lanes), none = _mm256_setzero_si256();
-  const __m256i index = _mm256_sub_epi32(_mm256_cvttps_epi32(at.centre.value), _mm256_set1_epi32(1));
-  const auto* from = reinterpret_cast<const long long*>(codes);
-  const __m256i first = _mm256_mask_i32gather_epi64(none, from, _mm256_castsi256_si128(index),
-                                                    _mm256_cvtepi32_epi64(_mm256_castsi256_si128(mask)), 2);
-  const __m256i second = _mm256_mask_i32gather_epi64(none, from, _mm256_extracti128_si256(index, 1),
-                                                     _mm256_cvtepi32_epi64(_mm256_extracti128_si256(mask, 1)), 2);
-  const __m256 a = _mm256_castsi256_ps(first), b = _mm256_castsi256_ps(second);
-  // Shuffling works within halves: their quarters come out of order.
-  const __m256i lower = _mm256_permute4x64_epi64(_mm256_castps_si256(_mm256_shuffle_ps(a, b, 0x88)), 0xd8);
-  const __m256i upper = _mm256_permute4x64_epi64(_mm256_castps_si256(_mm256_shuffle_ps(a, b, 0xdd)), 0xd8);
-  const Lanes centre = high_codes(lower);
-  return {centre, select(at.at_right, centre, low_codes(upper)), select(at.at_left, centre, low_codes(lower)),
-          low_codes(gather_words(codes, at.above, mask)), low_codes(gather_words(codes, at.below, mask))};
+  const __m256i mask = mask_of(lanes), both = gather_words(codes, min_of(at.middle, at.beside), mask);
+  const Lanes left = low_codes(both), right = high_codes(both);
+  const Mask on_right = at.beside > at.middle, on_left = at.beside < at.middle;
+  return {select(on_left, right, left), select(on_right, right, left), low_codes(gather_words(codes, at.above, mask))};
 }
 #endif
 
@@ -97,16 +67,15 @@ LC_LANES_FN Lanes fetch(const Depth* codes, Lanes index) {
 }
 template <class Depth>
 LC_LANES_FN TapCodes gather_taps(const Depth* codes, const TapPlaces& at, std::uint32_t) {
-  return {fetch(codes, at.centre), fetch(codes, at.right), fetch(codes, at.left), fetch(codes, at.above),
-          fetch(codes, at.below)};
+  return {fetch(codes, at.middle), fetch(codes, at.beside), fetch(codes, at.above)};
 }
 
-/// 1 where a tap lets light pass. `change`: of the plane at the tap, as TapTest has it.
+/// Where a tap is blocked. `change`: of the plane at the tap, as TapTest has it.
 template <bool Paraboloid>
-LC_LANES_FN Lanes tap_passes(Lanes depth, Lanes bias, Lanes change, Lanes code) {
-  const Lanes zero(0.0f), one(1.0f), reach = code + bias;
-  if constexpr (Paraboloid) return select(reach * max_of(change, one) < depth, zero, one);
-  return select(reach < depth + min_of(change, zero), zero, one);
+LC_LANES_FN Mask tap_blocked(Lanes depth, Lanes bias, Lanes change, Lanes code) {
+  const Lanes reach = code + bias;
+  if constexpr (Paraboloid) return reach * max_of(change, Lanes(1.0f)) < depth;
+  return reach < depth + min_of(change, Lanes(0.0f));
 }
 
 /// look_up_map for a register of receivers.
@@ -115,21 +84,23 @@ LC_LANES_FN Lanes look_up_lanes(const MapRecord& map, LanesVec3 local, LanesVec3
                                 std::uint32_t lanes) {
   const detail::TapTest<Lanes> test = Paraboloid ? detail::paraboloid_taps(map, local, normal, size)
                                                  : detail::orthographic_taps(map, local, normal, size);
+  const Lanes zero(0.0f), one(1.0f), side(static_cast<float>(size)), last(static_cast<float>(size - 1));
   const Lanes x = test.x - Lanes(detail::kWholeMagic), y = test.y - Lanes(detail::kWholeMagic);
-  const TapPlaces at = tap_places(x, y, size);
-  const TapCodes code = gather_taps(codes, at, lanes);
+  // At the border the texel stands for its missing neighbour.
+  const Lanes to_x = select(test.rest_x < zero, min_of(last - x, one), max_of(-x, -one));
+  const Lanes to_y = select(test.rest_y < zero, min_of(last - y, one), max_of(-y, -one));
+  const Lanes middle = y * side + x;
+  const TapCodes code = gather_taps(codes, {middle, middle + to_x, middle + to_y * side}, lanes);
   // Where nothing was drawn a tap passes, even if the receiver lies beyond all surfaces.
   const Lanes depth = min_of(-test.minus_depth, Lanes(static_cast<float>(kNoDepth<Depth>)));
-  // At the border the texel stands for its missing neighbour.
-  const Lanes zero(0.0f), one(1.0f), last(static_cast<float>(size - 1));
-  const Lanes right = select(at.at_right, zero, test.change_x), left = select(at.at_left, zero, test.change_x);
-  const Lanes above = select(y > last - one, zero, test.change_y), below = select(y < one, zero, test.change_y);
-  const Lanes passed = tap_passes<Paraboloid>(depth, test.bias, test.change, code.centre) +
-                       tap_passes<Paraboloid>(depth, test.bias, test.change + right, code.right) +
-                       tap_passes<Paraboloid>(depth, test.bias, test.change - left, code.left) +
-                       tap_passes<Paraboloid>(depth, test.bias, test.change + above, code.above) +
-                       tap_passes<Paraboloid>(depth, test.bias, test.change - below, code.below);
-  return passed * Lanes(1.0f / kTaps);
+  const Mask dark = tap_blocked<Paraboloid>(depth, test.bias, test.change, code.middle);
+  const Lanes bias = select(dark, test.bias, detail::bias_beside(test.bias));
+  const Mask dark_x = tap_blocked<Paraboloid>(depth, bias, test.change + to_x * test.change_x, code.beside);
+  const Mask dark_y = tap_blocked<Paraboloid>(depth, bias, test.change + to_y * test.change_y, code.above);
+  const Lanes weight_x = max_of(test.rest_x, -test.rest_x), weight_y = max_of(test.rest_y, -test.rest_y);
+  const Lanes share =
+      select(dark, zero, one - weight_x - weight_y) + (select(dark_x, zero, weight_x) + select(dark_y, zero, weight_y));
+  return max_of(share, zero);  // by rounding it may be below 0
 }
 
 LC_LANES_FN LanesVec3 to_axes(const MapRecord& map, LanesVec3 v) {

@@ -112,21 +112,23 @@ int side_of(const Options& options, const std::string& method, std::size_t light
 void speed(const Options& options) {
   fmt::print(
       "| scene | visibility | lights | method | E | side | wall [us] | processor [us] | cut | largest | rays | pairs "
-      "|\n");
-  fmt::print("|---|---|---:|---|---:|---:|---:|---:|---:|---:|---:|---:|\n");
+      "| seed |\n");
+  fmt::print("|---|---|---:|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|\n");
   for (const std::string& scene : options.scenes) {
     for (const std::uint64_t vpls : options.vpls) {
-      Stage stage(scene, vpls, 1, options.threads);
-      for (const std::string& method : options.methods) {
-        for (const float error : options.errors) {
-          const int side = side_of(options, method, stage.light_count());
-          const Measured m = stage.shade(shade_options(options, method, error), side, options.runs);
-          const double pixels = static_cast<double>(side) * side;
-          fmt::print("| {} | {} | {} | {} | {} | {} | {:.3f} | {:.3f} | {:.1f} | {} | {:.1f} | {:.1f} |\n", scene,
-                     options.visibility, stage.light_count(), method, error, side, m.wall_us, m.cpu_us,
-                     m.statistics.cut.mean, m.statistics.cut.max, static_cast<double>(m.statistics.rays) / pixels,
-                     static_cast<double>(m.statistics.pairs) / pixels);
-          std::fflush(stdout);
+      for (int seed = 1; seed <= options.seeds; ++seed) {
+        Stage stage(scene, vpls, static_cast<std::uint64_t>(seed), options.threads);
+        for (const std::string& method : options.methods) {
+          for (const float error : options.errors) {
+            const int side = side_of(options, method, stage.light_count());
+            const Measured m = stage.shade(shade_options(options, method, error), side, options.runs);
+            const double pixels = static_cast<double>(side) * side;
+            fmt::print("| {} | {} | {} | {} | {} | {} | {:.3f} | {:.3f} | {:.1f} | {} | {:.1f} | {:.1f} | {} |\n",
+                       scene, options.visibility, stage.light_count(), method, error, side, m.wall_us, m.cpu_us,
+                       m.statistics.cut.mean, m.statistics.cut.max, static_cast<double>(m.statistics.rays) / pixels,
+                       static_cast<double>(m.statistics.pairs) / pixels, seed);
+            std::fflush(stdout);
+          }
         }
       }
     }

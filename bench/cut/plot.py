@@ -38,7 +38,7 @@ def read_sizes(path):
     sizes = {}
     for line in open(path):
         cells = [cell.strip() for cell in line.strip().strip("|").split("|")]
-        if len(cells) == 12 and cells[2].isdigit():
+        if len(cells) == 13 and cells[2].isdigit():
             sizes.setdefault((short(cells[0]), cells[3]), []).append((int(cells[2]), float(cells[8])))
     return sizes
 

@@ -58,6 +58,28 @@ TEST_P(PacketCut, KeepsItsPromiseWhateverTheGuess) {
   }
 }
 
+TEST_P(PacketCut, AGuessFarTooLowDoesNotMakeItLarge) {
+  Dice dice(5);
+  const CutScene scene(mixed_lights(1, 20000, 0, 0));
+  const SurfacePacket packet = coherent_surfaces(dice, 0.003f, true);
+  CutCollector right, low;
+  const TileLight expected = packet_cut_of(scene, packet, right, GetParam());
+  const TileLight lit = packet_cut_of(scene, packet, low, GetParam(), kAnyGroups, 1e-4);
+  expect_consistent(scene, packet, low, lit, 0.02);
+  for (int lane = 0; lane < kPacketSize; ++lane) EXPECT_LT(lit.cut_size[lane], expected.cut_size[lane] + 550);
+}
+
+TEST_P(PacketCut, NoGuessIsTooLowForLightsWithoutEnd) {
+  Lights lights = mixed_lights(1, 3000, 0, 0);
+  for (Vpl& vpl : lights.vpls) vpl.intensity *= 1e38f;
+  Dice dice(6);
+  const CutScene scene(lights);
+  CutCollector collector;
+  const SurfacePacket packet = random_surfaces(dice);
+  packet_cut_of(scene, packet, collector, GetParam(), kAnyGroups, 1e-4);
+  for (int lane = 0; lane < kPacketSize; ++lane) expect_once(scene, collector.cuts[lane]);
+}
+
 TEST_P(PacketCut, KeepsItsPromiseWhateverTheGroup) {
   Dice dice(33);
   const CutScene scene(mixed_lights(1, 700, 100, 60));

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "cpu/cut/arrivals.h"
 #include "cpu/cut/cut_light.h"
-#include "cpu/cut/flat_group.h"
 #include "cpu/cut/hidden_lights.h"
 #include "cpu/cut/pixels_of_group.h"
 #include "kernels/light.h"
@@ -21,11 +21,16 @@ constexpr std::uint32_t kChosenBlock = 256;
 /// Threshold of a round relative to what the total found allows.
 constexpr double kNextCaution = 0.98;
 /// A threshold sinks at most by this factor from one round to the next: early totals may be far too small.
-constexpr double kLargestDrop = 4;
+constexpr double kLargestDrop = 16;
 /// Rounds of a pixel after which its threshold is 0: every light counts by itself, which keeps any promise.
 constexpr int kMostRounds = 24;
 /// A guess is at least this share of what all lights would give at the distance of the scene's extent.
 constexpr double kSmallestGuess = 1e-3;
+/// More nodes of a first round than this come of a guess that is far too low, and no node ever leaves a cut: the round is
+/// made again with a threshold that is higher by kDoubt.
+constexpr std::size_t kMostAtFirst = 512;
+constexpr float kDoubt = 8;
+constexpr int kMostDoubts = 8;
 
 float root_bound(LightKind kind, const ReceiverGroup<float>& group, const LightNode& node, float min_distance_sq) {
   const ClusterBounds<float> bounds{node.box.lo, node.box.hi, node.axis, node.cos_half_angle};
@@ -58,7 +63,8 @@ class GroupCut {
         scratch_(scratch),
         out_(out),
         extent_sq_(extent_sq),
-        pixels_(tile, group) {
+        pixels_(tile, group),
+        arrivals_(context_, tools.shade, tile, group, pixels_, out) {
     walk_.group = bound_receivers(tile, group);
     walk_.min_distance_sq = context_.min_distance_sq;
     walk_.visits = 0;
@@ -66,22 +72,19 @@ class GroupCut {
     walk_.umbras = scratch.umbras.umbras.data();
     walk_.umbra_count = static_cast<std::uint32_t>(scratch.umbras.umbras.size());
     walk_.tell_hidden = tools.listener != nullptr;
-    flat_.reach = kInfinity;
-    if (context_.visibility != nullptr && context_.visibility->knows_groups()) {
-      flat_ = flat_receivers(tile, group);
-      for (int p = 0; p < pixels_.packet_count(); ++p) flat_normals_ = flat_normals_ && pixels_.receivers(p).flat;
-    }
   }
 
   void run() {
     guess();
     start();
-    while (pixels_.any_pending()) {
+    for (bool first = true; pixels_.any_pending(); first = false) {
       const Aim aim = pixels_.aim(tools_.tuning.level_ratio);
       walk_.weights = aim.weights;
       bool full = false;
       if (context_.max_cut > 0) {
         full = fill_up();
+      } else if (first) {
+        start_round();
       } else {
         for (const LightKind kind : kLightKinds) refine(kind);
       }
@@ -195,6 +198,46 @@ class GroupCut {
     }
   }
 
+  /// The first round, again with higher thresholds where the guess is not to be trusted.
+  void start_round() {
+    for (int doubts = 0; !find_first(doubts < kMostDoubts ? kMostAtFirst : ~std::size_t{0}); ++doubts) {
+      pixels_.for_each_pending([&](int i) { pixels_[i].threshold *= kDoubt; });
+      walk_.weights *= 1 / kDoubt;
+    }
+    for (const LightKind kind : kLightKinds) take_first(kind);
+  }
+
+  /// Finds the nodes below the roots; false where there are more than `most`.
+  bool find_first(std::size_t most) {
+    std::size_t count = 0;
+    for (const LightKind kind : kLightKinds) {
+      std::vector<ChosenNode>& found = scratch_.first[index(kind)];
+      found.clear();
+      const CutEntries& entries = scratch_.entries[index(kind)];
+      if (entries.lights.empty()) continue;
+      const CutLight& root = entries.lights[0];
+      if (weigh(walk_.weights, root.intensity, root.bound) <= 1) {
+        found.push_back({0, kNone, root.bound});
+        continue;
+      }
+      scratch_.feed.assign(1, {0, kNone});
+      go_below(kind, [&](const ChosenNode& chosen) {
+        found.push_back(chosen);
+        if (++count > most) walk_.feed_count = walk_.waiting_count = 0;
+      });
+      if (count > most) return false;
+    }
+    return true;
+  }
+
+  void take_first(LightKind kind) {
+    CutEntries& entries = scratch_.entries[index(kind)];
+    if (entries.lights.empty()) return;
+    entries.clear();
+    for (const ChosenNode& chosen : scratch_.first[index(kind)]) choose(kind, chosen);
+    add_leaves(kind);
+  }
+
   /// Splits the nodes with the largest bounds until none is too large or the cut is full; returns whether it is.
   bool fill_up() {
     std::vector<SplitCandidate>& heap = scratch_.heap;
@@ -238,7 +281,7 @@ class GroupCut {
       add_leaves(kind);
     }
     for (const SplitCandidate& c : heap) choose(c.kind, c.node);
-    ask_for_all();
+    arrivals_.ask_waiting();
     return size >= context_.max_cut;
   }
 
@@ -248,7 +291,7 @@ class GroupCut {
   void keep(LightKind kind, const CutLight& light, std::uint32_t kept) {
     CutEntries& entries = scratch_.entries[index(kind)];
     entries.lights.push_back(light);
-    if (context_.visibility != nullptr) ask(kind, light.light, kept, entries);
+    if (context_.visibility != nullptr) arrivals_.ask(kind, light.light, kept, scratch_.old[index(kind)], entries);
   }
 
   void choose(LightKind kind, const ChosenNode& chosen) {
@@ -263,7 +306,9 @@ class GroupCut {
     }
     CutEntries& leaves = scratch_.leaves;
     leaves.lights.push_back(light);
-    if (context_.visibility != nullptr) ask(kind, light.light, chosen.kept, leaves);
+    if (context_.visibility != nullptr) {
+      arrivals_.ask(kind, light.light, chosen.kept, scratch_.old[index(kind)], leaves);
+    }
     if (leaves.lights.size() == kBlock) add_leaves(kind);
   }
 
@@ -272,93 +317,6 @@ class GroupCut {
     std::size_t count = 0;
     pixels_.for_each_pending([&](int i) { pixels[count++] = group_.pixels[i]; });
     tools_.listener->hidden(kind, node, walk_.group, {pixels, count});
-  }
-
-  /// Adds how much of a representative arrives, from the last round or by asking; a flat group's may be asked later.
-  void ask(LightKind kind, std::uint32_t light, std::uint32_t kept, CutEntries& entries) {
-    const CutEntries& old = scratch_.old[index(kind)];
-    const bool for_all = kept == kNone && kind == LightKind::vpl && flat_.reach < kInfinity;
-    for (int p = 0; p < pixels_.packet_count(); ++p) {
-      if (pixels_.pending(p) == 0) continue;
-      const auto at = static_cast<std::size_t>(p);
-      if (kept != kNone) {
-        entries.shares[at].push_back(old.shares[at][kept]);
-      } else if (for_all) {
-        entries.shares[at].emplace_back();
-      } else {
-        ask_packet(kind, light, p, entries.shares[at].emplace_back());
-      }
-    }
-    if (for_all) {
-      if (lights_none(flat_, context_.lights.vpls[light], flat_normals_)) {
-        set_shares({&entries, entries.asked, light}, 0);
-      } else {
-        later_[later_count_++] = {&entries, entries.asked, light};
-        if (later_count_ == kPacketSize) ask_for_all();
-      }
-    }
-    ++entries.asked;
-  }
-
-  /// Asks for the lights that wait for it, once for all pixels where that is possible.
-  void ask_for_all() {
-    if (later_count_ == 0) return;
-    alignas(64) float shares[kPacketSize];
-    std::uint32_t vpls[kPacketSize];
-    for (int i = 0; i < later_count_; ++i) vpls[i] = later_[i].light;
-    context_.visibility->group_shares(flat_, {vpls, static_cast<std::size_t>(later_count_)}, shares);
-    for (int i = 0; i < later_count_; ++i) {
-      if (shares[i] != kEachItsOwn) {
-        set_shares(later_[i], shares[i]);
-        continue;
-      }
-      for (int p = 0; p < pixels_.packet_count(); ++p) {
-        if (pixels_.pending(p) == 0) continue;
-        ask_packet(LightKind::vpl, later_[i].light, p,
-                   later_[i].entries->shares[static_cast<std::size_t>(p)][later_[i].at]);
-      }
-    }
-    later_count_ = 0;
-  }
-
-  /// A light whose share is not known yet, and where it belongs.
-  struct Later {
-    CutEntries* entries;
-    std::size_t at;
-    std::uint32_t light;
-  };
-
-  void set_shares(const Later& later, float share) {
-    for (int p = 0; p < pixels_.packet_count(); ++p) {
-      if (pixels_.pending(p) == 0) continue;
-      std::fill_n(later.entries->shares[static_cast<std::size_t>(p)][later.at].of, kPacketSize, share);
-    }
-  }
-
-  void ask_packet(LightKind kind, std::uint32_t light, int packet, PacketShare& share) {
-    PacketFactors factors;
-    RayPacket16 rays;
-    const ReceiverPacket& receivers = pixels_.receivers(packet);
-    const std::uint32_t candidates = shadow_rays(kind, light, receivers, factors, rays) & pixels_.pending(packet);
-    if (candidates != 0) {
-      out_.rays += context_.visibility->shares({kind, light, receivers, rays, candidates}, share.of);
-    } else {
-      std::fill_n(share.of, kPacketSize, 0.0f);
-    }
-  }
-
-  std::uint32_t shadow_rays(LightKind kind, std::uint32_t light, const ReceiverPacket& receivers,
-                            PacketFactors& factors, RayPacket16& rays) const {
-    const LightSet& lights = context_.lights;
-    switch (kind) {
-      case LightKind::vpl:
-        return tools_.shade.vpl_shadow_rays(receivers, lights.vpls[light], context_.min_distance_sq, factors, rays);
-      case LightKind::point:
-        return tools_.shade.point_shadow_rays(receivers, lights.points[light], factors, rays);
-      case LightKind::directional:
-        return tools_.shade.directional_shadow_rays(receivers, lights.directionals[light], factors, rays);
-    }
-    return 0;
   }
 
   // --- Light ---
@@ -377,7 +335,7 @@ class GroupCut {
 
   /// Leaves never leave the cut again: they go into the pixels' fixed sums and are forgotten.
   void add_leaves(LightKind kind) {
-    ask_for_all();
+    arrivals_.ask_waiting();
     CutEntries& leaves = scratch_.leaves;
     if (leaves.lights.empty()) return;
     for (int p = 0; p < pixels_.packet_count(); ++p) {
@@ -434,12 +392,9 @@ class GroupCut {
   TileLight& out_;
   double extent_sq_;
   GroupPixels pixels_;
+  Arrivals arrivals_;
   std::uint64_t leaf_count_ = 0;
   GroupWalk walk_;
-  FlatReceivers flat_{};  ///< reach infinite: no look serves all pixels
-  bool flat_normals_ = true;
-  Later later_[kPacketSize];
-  int later_count_ = 0;
 };
 
 Box box_of(std::span<const SurfacePacket> packets) {

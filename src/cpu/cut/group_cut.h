@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "cpu/cut/arrivals.h"
 #include "cpu/cut/cut_context.h"
 #include "cpu/cut/cut_kernels.h"
 #include "cpu/cut/frontier.h"
@@ -46,20 +47,6 @@ struct CutTools {
   double guess_scale = 1;  ///< for tests: falsifies the first guess
 };
 
-/// Chosen nodes of one kind of light.
-struct CutEntries {
-  std::vector<CutLight> lights;
-  /// By packet: how much of each arrives; empty without visibility, and for packets that had left when a light came.
-  std::array<std::vector<PacketShare>, kTilePackets> shares;
-  std::size_t asked = 0;  ///< lights, from the first on, whose shares are known
-
-  void clear() {
-    lights.clear();
-    for (std::vector<PacketShare>& of_packet : shares) of_packet.clear();
-    asked = 0;
-  }
-};
-
 /// A node that a limited cut may still split.
 struct SplitCandidate {
   float value;  ///< what the threshold is compared with
@@ -69,9 +56,10 @@ struct SplitCandidate {
 
 /// Memory of a group's cut, passed in so that it serves many groups.
 struct CutScratch {
-  std::array<CutEntries, 3> entries;  ///< inner nodes of the cut, by LightKind
-  std::array<CutEntries, 3> old;      ///< the same before a round
-  CutEntries leaves;                  ///< leaves not added to the sums yet
+  std::array<CutEntries, 3> entries;             ///< inner nodes of the cut, by LightKind
+  std::array<CutEntries, 3> old;                 ///< the same before a round
+  std::array<std::vector<ChosenNode>, 3> first;  ///< nodes of the first round
+  CutEntries leaves;                             ///< leaves not added to the sums yet
   std::vector<WaitingNode> feed;
   std::vector<SplitCandidate> heap;
   UmbraScratch umbras;

@@ -10,14 +10,15 @@ constexpr std::uint32_t kFrontierSize = 48;
 
 /// A group may be so large because what a test saves by serving more pixels is worth more than what the cut grows, and,
 /// with shadow rays, because rays of full packets cost half as much as those of sparse ones. Where nodes cost rays or looks
-/// at maps, it is smaller. More umbras found hardly anything more in the rooms measured (docs/results/cut.md).
+/// at maps, it is smaller, and the first threshold is so high that no guess is too low: a round more costs little there.
+/// More umbras found hardly anything more in the rooms measured (docs/results/cut.md).
 constexpr GroupTuning kUnshadowed{
     .extent = 0.06f, .cosine = 0.8f, .pixels = kTilePixels, .first_factor = 1.2f, .level_ratio = 1.5f};
 constexpr GroupTuning kShadowed{
-    .extent = 0.05f, .cosine = 0.8f, .pixels = kTilePixels, .first_factor = 3.0f, .level_ratio = 1.2f, .umbras = 32};
+    .extent = 0.05f, .cosine = 0.8f, .pixels = kTilePixels, .first_factor = 200, .level_ratio = 1.2f, .umbras = 32};
 /// Maps leak, and a smaller group hides more from them; in large pictures the tile is the limit anyway.
 constexpr GroupTuning kByMaps{
-    .extent = 0.03f, .cosine = 0.8f, .pixels = kTilePixels, .first_factor = 3.0f, .level_ratio = 1.2f, .umbras = 32};
+    .extent = 0.03f, .cosine = 0.8f, .pixels = kTilePixels, .first_factor = 200, .level_ratio = 1.2f, .umbras = 32};
 
 const GroupTuning& tuning_for(const PacketVisibility* visibility) {
   if (visibility == nullptr) return kUnshadowed;

@@ -5,7 +5,7 @@
         --scenes SCENE... --visibility none > errors_none.csv        (and rays)
     bench_cut speed --size 96 --heap-size 48 --vpls 110 300 1000 3000 10000 30000 100000 300000 1000000 \\
         --scenes SCENE... --methods packet heap --visibility none > sizes_none.txt        (and rays)
-    bench/cut/plot.py FOLDER OUT_FOLDER
+    bench/cut/plot.py FOLDER OUT_FOLDER        (draws those of both that FOLDER has the figures for)
 """
 import csv
 import pathlib
@@ -75,5 +75,7 @@ def sizes(folder, out):
 
 
 folder, out = map(pathlib.Path, sys.argv[1:3])
-errors(folder, out)
-sizes(folder, out)
+if (folder / "errors_none.csv").exists():
+    errors(folder, out)
+if (folder / "sizes_none.txt").exists():
+    sizes(folder, out)

@@ -27,6 +27,7 @@ struct Options {
   std::string visibility = "none";
   int size = 256, heap_size = 0, runs = 1, threads = 0;
   std::uint32_t max_cut = 0;
+  int samples = 1;
   int seeds = 1;
   double most_pairs = 2e10;  ///< work that the sum over all lights may take: it gets fewer pixels beyond
   double most_rays = 4e8;
@@ -95,6 +96,7 @@ ShadeOptions shade_options(const Options& options, const std::string& method, fl
                                                    : Visibility::rays;
   shade.error = error;
   shade.max_cut = options.max_cut;
+  shade.samples = options.samples;
   if (method != "all") shade.method = Method::lightcuts;
   if (method == "heap") shade.cut = CutWalk::heap;
   return shade;
@@ -224,6 +226,7 @@ int run(int argc, char** argv) {
     command->add_option("--runs", options.runs, "the fastest of so many counts");
     command->add_option("--seeds", options.seeds, "of lights and tree");
     command->add_option("--max-cut", options.max_cut, "largest cut");
+    command->add_option("--samples", options.samples, "camera samples a pixel");
     command->add_option("--threads", options.threads, "0: all");
   }
   CLI11_PARSE(app, argc, argv);

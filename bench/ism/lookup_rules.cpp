@@ -146,7 +146,7 @@ class RuleVisibility final : public PacketVisibility {
 
 /// Asks at places around a box for which no ray is in doubt: near its foot on the floor, and near the floor on its sides.
 struct BoxOnFloor {
-  static constexpr float kHalf = 0.3f, kFloor = 0;
+  static constexpr float kHalf = 0.3f;
 
   oracle::ReceiverSampler::Point draw(std::mt19937& dice, float off, bool on_floor) const {
     std::uniform_real_distribution<float> along(-0.9f * kHalf, 0.9f * kHalf);

@@ -14,6 +14,7 @@
 #include "cpu/progress.h"
 #include "cpu/shade_picture.h"
 #include "cpu/tree/build_light_trees.h"
+#include "cpu/tree/redraw.h"
 #include "cpu/visibility.h"
 #include "cpu/vpl_tracer.h"
 #include "lightcuts/error.h"
@@ -130,10 +131,14 @@ void CpuBackend::set_lights(Lights lights) {
 void CpuBackend::build_light_tree(const TreeOptions& options, const ProgressFn& progress) {
   const float diagonal = loaded().cpu_scene.view().diagonal;
   arena_.execute([&] { trees_ = build_light_trees(lights_, diagonal, options, progress); });
+  drawn_with_ = options.seed;
   ++counts_.trees;
 }
 
-void CpuBackend::set_light_tree(LightTrees trees) { trees_ = std::move(trees); }
+void CpuBackend::set_light_tree(LightTrees trees) {
+  trees_ = std::move(trees);
+  drawn_with_.reset();
+}
 
 ShadeResult CpuBackend::shade(const Camera& camera, int width, int height, const ShadeOptions& options,
                               std::uint64_t memory_bytes, Statistics& statistics, const ProgressFn& callback) {
@@ -171,7 +176,7 @@ ShadeResult CpuBackend::shade(const Camera& camera, int width, int height, const
   const CutContext cut{trees_, light_set_,      visibility, min_distance * min_distance,
                        error,  options.max_cut, marks,      occluders};
   const HeapLighter heap(cut);
-  const PacketLighter packet(cut, cut_kernels(isa_), kernels_);
+  PacketLighter packet(cut, cut_kernels(isa_), kernels_);
   const TileLighter& cut_lighter = options.cut == CutWalk::heap ? static_cast<const TileLighter&>(heap) : packet;
   const TileLighter& lighter = cuts ? cut_lighter : all_lights;
   const PathTracer paths(scene.cpu_scene, *scene.emitters, scene.tracer, options.bounces, options.seed);
@@ -187,7 +192,12 @@ ShadeResult CpuBackend::shade(const Camera& camera, int width, int height, const
     arena_.execute([&] { counts = maps->for_each_tile(view, film, progress, render_tile); });
     maps->report(statistics);
   } else {
-    arena_.execute([&] { counts = for_each_tile(view, film, progress, render_tile); });
+    arena_.execute([&] {
+      DrawPerSample draw(trees_, cuts ? drawn_with_ : std::nullopt);
+      counts = for_each_tile(view, film, progress, render_tile, [&](std::uint32_t sample) {
+        if (draw(sample)) packet.representatives_changed();
+      });
+    });
   }
 
   counts_.maps += statistics.shadow_maps.count;

@@ -60,6 +60,7 @@ class CpuBackend final : public Backend {
   Lights lights_;
   LightSet light_set_;
   LightTrees trees_;
+  std::optional<std::uint64_t> drawn_with_;  ///< the seed of the trees' representatives; none of trees from elsewhere
   StageCounts counts_;
 };
 

@@ -54,10 +54,12 @@ int rows_of(const View& view) { return (view.height + kTileSide - 1) / kTileSide
 
 }  // namespace
 
-TileCounts for_each_tile(const View& view, Film& film, Progress& progress, const TileFn& render_tile) {
+TileCounts for_each_tile(const View& view, Film& film, Progress& progress, const TileFn& render_tile,
+                         const SampleFn& begin_sample) {
   const int columns = tile_columns(view);
   std::vector<TileCounts> counts(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows_of(view)));
   for (std::uint32_t sample = 0; sample < view.sample_count && !progress.stopped(); ++sample) {
+    if (begin_sample) begin_sample(sample);
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, counts.size(), 1),
                       [&](const tbb::blocked_range<std::size_t>& range) {
                         for (std::size_t i = range.begin(); i != range.end() && !progress.stopped(); ++i) {

@@ -24,11 +24,15 @@ struct TileCounts {
 /// on the way adds nothing.
 using TileFn = std::function<void(int x0, int y0, std::uint32_t sample, Film& film, TileCounts& counts)>;
 
+/// What comes before every sample of the picture.
+using SampleFn = std::function<void(std::uint32_t sample)>;
+
 /// Runs over all tiles and samples, one sample of every pixel before the next, so that stopping early leaves an even
 /// picture. The order in which sums are made does not depend on threads.
 ///
 /// Runs on the TBB arena of the caller. Reports one unit of work a tile and sample through `render_tile`.
-TileCounts for_each_tile(const View& view, Film& film, Progress& progress, const TileFn& render_tile);
+TileCounts for_each_tile(const View& view, Film& film, Progress& progress, const TileFn& render_tile,
+                         const SampleFn& begin_sample = {});
 
 /// What all tiles together added.
 TileCounts sum_of(const std::vector<TileCounts>& counts);

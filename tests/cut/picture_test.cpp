@@ -192,6 +192,22 @@ TEST(CutPicture, SignedErrorsCancelOutOverSeedsOfTheTree) {
   }
 }
 
+// Every sample has other representatives, so what they are off by averages out; afterwards the trees are as they were.
+TEST(CutPicture, MoreSamplesBringItNearerToInstantRadiosity) {
+  Stage stage = builtin_stage("study", 2000);
+  for (const CutWalk walk : {CutWalk::packet, CutWalk::heap}) {
+    const auto pictures = [&](int samples) {
+      ShadeOptions exact = all_lights(Visibility::rays), options = cuts(walk, Visibility::rays);
+      exact.samples = options.samples = samples;
+      return std::pair(stage.shade(options, 24, 24), stage.shade(exact, 24, 24));
+    };
+    const auto [once, exact_once] = pictures(1);
+    const auto [often, exact_often] = pictures(9);
+    EXPECT_LT(compare(often, exact_often).mean_relative_error, 0.5 * compare(once, exact_once).mean_relative_error);
+    EXPECT_EQ(find_channel(pictures(1).first, "G")->values, find_channel(once, "G")->values);
+  }
+}
+
 double mean_error(Stage& stage, const ShadeOptions& options, const Image& reference) {
   return compare(stage.shade(options, 32, 32), reference).mean_relative_error;
 }

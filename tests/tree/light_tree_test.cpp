@@ -8,6 +8,7 @@
 #include "cpu/tree/build_light_trees.h"
 #include "cpu/tree/leaf_clusters.h"
 #include "cpu/tree/ploc.h"
+#include "cpu/tree/redraw.h"
 #include "light_samples.h"
 #include "lightcuts/error.h"
 #include "tree_promises.h"
@@ -141,6 +142,26 @@ TEST(LightTree, DrawsRepresentativesWhateverTheOrderOfMerging) {
   for (std::uint64_t seed = 0; seed < 100; ++seed) {
     EXPECT_EQ(assemble_tree(first, leaves, seed).nodes[0].representative,
               assemble_tree(second, leaves, seed).nodes[0].representative);
+  }
+}
+
+TEST(LightTree, RedrawnItIsTheTreeOfTheOtherSeed) {
+  test::LightSamples samples(47);
+  std::vector<LightRange> scratch;
+  for (const std::size_t count : {1u, 2u, 50u, 5000u}) {
+    const std::vector<Vpl> lights = samples.scattered(count);
+    for (const TreeBuilder builder : kBuilders) {
+      const LightTree first = build(lights, builder, Metric::walter, 1).vpls;
+      const LightTree second = build(lights, builder, Metric::walter, 2).vpls;
+      if (count > 10) {
+        EXPECT_FALSE(same(first, second));
+      }
+      LightTree tree = first;
+      redraw_representatives(tree, 2, scratch);
+      EXPECT_TRUE(same(tree, second)) << count;
+      redraw_representatives(tree, 1, scratch);
+      EXPECT_TRUE(same(tree, first)) << count;
+    }
   }
 }
 

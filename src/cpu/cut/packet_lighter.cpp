@@ -30,6 +30,8 @@ const GroupTuning& tuning_for(const PacketVisibility* visibility) {
 PacketLighter::PacketLighter(const CutContext& context, const CutKernels& cut, const ShadeKernels& shade)
     : context_(context), cut_(cut), shade_(shade), frontier_(make_frontier(context, kFrontierSize)) {}
 
+void PacketLighter::representatives_changed() { frontier_ = make_frontier(context_, kFrontierSize); }
+
 bool PacketLighter::light(const Tile& tile, Progress& progress, TileLight& out) const {
   cut_pixels({context_, frontier_, cut_, shade_, tuning_for(context_.visibility)}, tile.packets, scratch_.local(), out);
   return progress.advance(1);

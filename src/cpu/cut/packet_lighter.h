@@ -11,6 +11,8 @@ namespace lightcuts {
 class PacketLighter final : public TileLighter {
  public:
   PacketLighter(const CutContext& context, const CutKernels& cut, const ShadeKernels& shade);
+  /// To be called when other lights represent the trees' nodes.
+  void representatives_changed();
   bool light(const Tile& tile, Progress& progress, TileLight& out) const override;
 
  private:

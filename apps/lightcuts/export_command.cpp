@@ -17,7 +17,9 @@ namespace {
 constexpr const char* kFooter = R"(
 Examples:
   lightcuts export builtin:study study.glb
-  lightcuts export room.gltf room.xml        and a folder room/ with its meshes and textures)";
+  lightcuts export room.gltf room.xml        and a folder room/ with its meshes and textures
+
+Exit status: 0 done, 2 wrong usage, 3 input that cannot be used, 4 not enough memory or disk.)";
 
 struct ExportRequest {
   std::string scene, output, camera;

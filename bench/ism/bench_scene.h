@@ -44,6 +44,8 @@ struct BenchScene {
 void compare_lookup_rules(const BenchScene& bench, int size);
 /// relmse and FLIP of a picture by each rule against rays.
 void compare_pictures_by_rules(const BenchScene& bench, int size);
+/// Points spent evenly against more of them where the light sees more: holes, agreement and pictures by the maps.
+void compare_adaptive_points(const BenchScene& bench, std::uint32_t points);
 /// How much light arrives close to where a box stands on a floor.
 void contact_shadows(int size);
 

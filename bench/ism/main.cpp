@@ -1,6 +1,9 @@
 // What imperfect shadow maps are worth: agreement with rays by map size and points, and what a map costs in rays.
-// Usage: bench_ism [agreement|lit|speed|scaling] SCENE...   (a name of a built-in scene, or a file)
-//        bench_ism map SCENE LIGHT OUT.png        (a map before and after pull-push, in false colour)
+// Usage: bench_ism agreement|lit|speed|scaling SCENE...   (a name of a built-in scene, or a file)
+//        bench_ism rules|rule-pictures SCENE...           (other rules of a lookup)
+//        bench_ism contact TEXELS...                      (the same where a box stands on a floor)
+//        bench_ism adaptive SCENE...                      (more points where a light sees more)
+//        bench_ism map SCENE LIGHT OUT.png                (a map before and after pull-push, in false colour)
 
 #include <fmt/format.h>
 #include <tbb/global_control.h>
@@ -181,7 +184,10 @@ int main(int argc, char** argv) {
   using namespace lightcuts;
   try {
     if (argc < 3) {
-      std::fputs("usage: bench_ism agreement|lit|speed|scaling SCENE... | map SCENE LIGHT OUT.png\n", stderr);
+      std::fputs(
+          "usage: bench_ism agreement|lit|speed|scaling|rules|rule-pictures|adaptive SCENE... | contact TEXELS... | "
+          "map SCENE LIGHT OUT.png\n",
+          stderr);
       return 2;
     }
     if (std::strcmp(argv[1], "map") == 0 && argc == 5) {
@@ -210,7 +216,22 @@ int main(int argc, char** argv) {
       }
       return 0;
     }
+    if (std::strcmp(argv[1], "adaptive") == 0) {
+      fmt::print(
+          "| scene | points | spent | used | holes % | agreement % | balanced % | wrongly lit % | wrongly dark % | "
+          "relmse / FLIP "
+          "|\n|---|---|---|---|---|---|---|---|---|---|\n");
+      for (int i = 2; i < argc; ++i) {
+        const BenchScene bench(argv[i], 1000);
+        for (const std::uint32_t points : {2000u, 8000u}) compare_adaptive_points(bench, points);
+      }
+      return 0;
+    }
     if (std::strcmp(argv[1], "contact") == 0) {
+      fmt::print(
+          "| texels | rule | floor, 1 cm: leaked / kept % | 2 cm | 5 cm | 10 cm | box, 1 cm: kept % | 2 cm | 5 cm | 10 "
+          "cm "
+          "|\n|---|---|---|---|---|---|---|---|---|---|\n");
       for (int i = 2; i < argc; ++i) contact_shadows(std::atoi(argv[i]));
       return 0;
     }

@@ -313,7 +313,7 @@ LC_FN Vec3 to_map(const MapRecord& map, Vec3 position) {
   return {dot(d, map.x), dot(d, map.y), dot(d, map.z)};
 }
 
-/// Share of light that arrives at a receiver: five lookups, the results averaged.
+/// Share of light that arrives at a receiver: a plus of lookups, averaged by the receiver's place; see lookup_visibility.
 ///
 /// @param local   to_map(map, position)
 /// @param ng      its unit geometric normal, world space; on which side does not matter

@@ -47,16 +47,18 @@ void expect_same(const Image& a, const Image& b, float relative) {
   }
 }
 
-TEST(LightByMaps, IsCloseToRaysAndCloserWithMorePointsAndTexels) {
-  ShadeOptions rays;
-  const Image reference = shade(2, rays).image;
-  ShadeOptions fine = by_maps();
-  fine.ism_points = 32000;
-  fine.ism_size = 128;
-  const double coarse_error = compare(shade(2, by_maps()).image, reference).relmse;
-  const double fine_error = compare(shade(2, fine).image, reference).relmse;
-  EXPECT_LT(coarse_error, 0.02);
-  EXPECT_LT(fine_error, 0.5 * coarse_error);
+TEST(LightByMaps, ConvergesToRaysWithPointsAndTexels) {
+  const Image reference = shade(2, {}, 0, 300).image;
+  double last = 0.02;
+  for (const auto& [size, points] : {std::pair{32, 2000}, {64, 8000}, {128, 32000}, {256, 64000}}) {
+    ShadeOptions options = by_maps();
+    options.ism_size = size;
+    options.ism_points = points;
+    const double error = compare(shade(2, options, 0, 300).image, reference).relmse;
+    EXPECT_LT(error, 0.75 * last) << size;
+    last = error;
+  }
+  EXPECT_LT(last, 3e-4);
 }
 
 TEST(LightByMaps, ThreadsDoNotChangeThePicture) {

@@ -1,7 +1,9 @@
 #include <gtest/gtest.h>
 
 #include "ism/map_scene.h"
+#include "oracle/contact_shadows.h"
 #include "oracle/lit_surfaces.h"
+#include "oracle/tally.h"
 
 namespace lightcuts {
 namespace {
@@ -22,6 +24,37 @@ TEST_P(LitSurfaceTest, IsFreeOfAcneAtAllMapSizes) {
     EXPECT_GT(found.asked, 200);
     // Lookups lose a little even with exact depths, of what is curved or close to other things.
     EXPECT_GE(found.lit_share(), std::min(0.99, found.exact_share() - 0.02)) << size << " texels";
+  }
+}
+
+TEST(ContactShadows, AreNotLostNorDoTheyDarkenWhatIsLit) {
+  MapScene s(oracle::box_on_floor());
+  s.trace(2000);
+  constexpr std::size_t step = 20;
+  struct Limit {
+    int size;
+    double leaked, kept;
+  };
+  for (const Limit limit : {Limit{32, 0.36, 0.76}, {64, 0.21, 0.78}, {128, 0.12, 0.78}}) {
+    ShadowMapOptions options;
+    options.size = limit.size;
+    const Maps maps(s, 8000, options, every_light(s.light_set, 0, step));
+    for (const float off : {0.01f, 0.02f, 0.05f}) {
+      oracle::Tally floor, box;
+      const auto ask = [&](oracle::ContactSide side, oracle::Tally& tally) {
+        oracle::for_each_contact(s.light_set, s.tracer, step, off, side,
+                                 [&](std::uint32_t light, Vec3 at, Vec3 normal, bool visible) {
+                                   tally.add(visible, maps.share(LightKind::vpl, light, at, normal));
+                                 });
+      };
+      ask(oracle::ContactSide::floor, floor);
+      ask(oracle::ContactSide::box, box);
+      ASSERT_GT(floor.lit, 300);
+      ASSERT_GT(floor.dark, 300);
+      EXPECT_LE(floor.leaked(), limit.leaked) << limit.size << " texels, " << off << " m";
+      EXPECT_GE(floor.kept(), limit.kept) << limit.size << " texels, " << off << " m";
+      EXPECT_GE(box.kept(), 0.85) << limit.size << " texels, " << off << " m";
+    }
   }
 }
 

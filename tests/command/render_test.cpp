@@ -106,7 +106,7 @@ TEST_F(RenderCommand, StatisticsHaveTheContractsSchema) {
       {"vpls", {"count", "primary", "paths"}},
       {"tree", {"nodes", "depth"}},
       {"cut", {"mean", "max", "at_limit", "lights_used"}},
-      {"shadow_maps", {"count", "size", "bytes"}},
+      {"shadow_maps", {"count", "size", "bytes", "room", "rounds"}},
       {"time_ms", {"load", "bvh", "vpls", "tree", "shadow_maps", "shade", "write", "total"}},
       {"memory_bytes", {"host_peak", "device_peak"}}};
   for (const auto& [group, members] : schema) {

@@ -28,6 +28,7 @@ namespace {
 int run_self(std::vector<std::string> words) {
   words.insert(words.begin(), "/proc/self/exe");
   std::vector<char*> arguments;
+  arguments.reserve(words.size() + 1);
   for (std::string& word : words) arguments.push_back(word.data());
   arguments.push_back(nullptr);
   posix_spawn_file_actions_t files;
@@ -174,6 +175,7 @@ Json measure_stages(Study& study, const Way& way, std::uint64_t count) {
   double sum_ms = 0;
   for (std::size_t i = 0; i < std::size(kStages); ++i) {
     std::vector<double> values;
+    values.reserve(stages.size());
     for (const StageMs& one : stages) values.push_back(one[i]);
     const Repeats r = summarise(values);
     found["stages"][kStages[i]] = {{"ms", r.median}, {"low", r.low}, {"high", r.high}};
@@ -182,6 +184,7 @@ Json measure_stages(Study& study, const Way& way, std::uint64_t count) {
   found["seconds"] = sum_ms / 1e3;
   for (const char* place : {"host_peak", "device_peak"}) {
     std::vector<double> values;
+    values.reserve(programs.size());
     for (const Json& program : programs) values.push_back(program["memory_bytes"][place]);
     found[place] = summarise(values).median;
   }

@@ -35,7 +35,8 @@ Reference trace_reference(const Scene& scene, const Camera& camera, int width, i
   const CameraView view = make_camera_view(camera, width, height);
   Reference r{make_rgb_image(width, height), make_rgb_image(width, height), make_rgb_image(width, height)};
   tbb::parallel_for(0, width * height, [&](int i) {
-    const auto x = static_cast<float>(i % width), y = static_cast<float>(i / width);
+    const int column = i % width, row = i / width;
+    const auto x = static_cast<float>(column), y = static_cast<float>(row);
     const Ray ray = camera_ray(view, x + 0.5f, y + 0.5f);
     Vec3T<double> sums[2];
     for (std::uint32_t s = 0; s < samples; ++s) {
@@ -95,6 +96,7 @@ struct Errors {
 template <class Counts>
 Errors errors_without_noise(const std::vector<Image>& images, const Reference& reference, const Counts& counts) {
   std::vector<std::vector<Vec3>> seeds;
+  seeds.reserve(images.size());
   for (const Image& image : images) seeds.push_back(rgb_pixels(image));
   const std::vector<Vec3> b = rgb_pixels(reference.first), c = rgb_pixels(reference.second);
   const double mean = mean_luminance(rgb_pixels(reference.mean)), n = static_cast<double>(seeds.size());

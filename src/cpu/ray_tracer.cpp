@@ -6,6 +6,7 @@
 
 #include "cpu/embree.h"
 #include "kernels/surface.h"
+#include "kernels/triangle.h"
 #include "lightcuts/error.h"
 
 namespace lightcuts {
@@ -84,6 +85,18 @@ void fill(RTCRay& r, const Ray& ray) {
   r.mask = 0xffffffffu;
   r.id = 0;
   r.flags = 0;
+}
+
+/// Where on its triangle a ray hits, by the text that the GPU runs: Embree rounds otherwise, and on small triangles that shows in
+/// interpolated normals, and so in what photons carry. What that text takes for a miss, at an edge, stays where Embree saw it.
+Hit locate(const SceneView& scene, const Ray& ray, const Hit& seen) {
+  const InstanceView& placed = scene.instances[seen.instance];
+  const MeshView& mesh = scene.meshes[placed.mesh];
+  const std::uint32_t* corner = mesh.triangles[seen.triangle];
+  const auto at = [&](int k) { return transform_point(placed.world_from_object, mesh.positions[corner[k]]); };
+  const TriangleHit hit =
+      intersect_triangle(ray.origin, shear(ray.direction), at(0), at(1), at(2), ray.t_min, ray.t_max);
+  return hit.t < 0 ? seen : Hit{hit.t, hit.u, hit.v, seen.instance, seen.triangle};
 }
 
 }  // namespace
@@ -234,7 +247,7 @@ Hit RayTracer::intersect(const Ray& ray) const {
   embree::intersect1(bvh_->top, &r);
   if (r.hit.geomID == RTC_INVALID_GEOMETRY_ID) return {};
   const std::uint32_t instance = r.hit.instID[0] != RTC_INVALID_GEOMETRY_ID ? r.hit.instID[0] : r.hit.geomID;
-  return {r.ray.tfar, r.hit.u, r.hit.v, instance, r.hit.primID};
+  return locate(bvh_->scene, ray, {r.ray.tfar, r.hit.u, r.hit.v, instance, r.hit.primID});
 }
 
 bool RayTracer::occluded(const Ray& ray) const {

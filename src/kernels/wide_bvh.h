@@ -55,6 +55,15 @@ LC_FN float safe_inverse(float v) {
   return 1.0f / (magnitude > tiny ? v : (bits_of(v) >> 31 ? -tiny : tiny));
 }
 
+/// a b + c rounded once where that is one operation, whatever the compiler is told: what only bounds may round as it likes.
+LC_FN float multiply_add(float a, float b, float c) {
+#if defined(__CUDA_ARCH__)
+  return __fmaf_rn(a, b, c);
+#else
+  return a * b + c;
+#endif
+}
+
 /// Which children's boxes the ray meets within [t_min, t_max]; errs on the side of meeting.
 LC_FN std::uint32_t intersect_children(const WideNode& node, Vec3 origin, Vec3 inverse, float t_min, float t_max) {
   // A far end one part in 2^21 late makes up for the rounding of distances (Ize 2013); near by, the boxes' own padding does.
@@ -71,8 +80,10 @@ LC_FN std::uint32_t intersect_children(const WideNode& node, Vec3 origin, Vec3 i
     const float y1 = static_cast<float>(inverse.y < 0 ? node.lo_y[c] : node.hi_y[c]);
     const float z0 = static_cast<float>(inverse.z < 0 ? node.hi_z[c] : node.lo_z[c]);
     const float z1 = static_cast<float>(inverse.z < 0 ? node.lo_z[c] : node.hi_z[c]);
-    const float near = max_of(max_of(x0 * sx + bx, y0 * sy + by), max_of(z0 * sz + bz, t_min));
-    const float far = min_of(min_of(x1 * sx + bx, y1 * sy + by), min_of(z1 * sz + bz, t_max));
+    const float near = max_of(max_of(multiply_add(x0, sx, bx), multiply_add(y0, sy, by)),
+                              max_of(multiply_add(z0, sz, bz), t_min));
+    const float far = min_of(min_of(multiply_add(x1, sx, bx), multiply_add(y1, sy, by)),
+                             min_of(multiply_add(z1, sz, bz), t_max));
     if (near <= far * late) met |= 1u << c;
   }
   return met;

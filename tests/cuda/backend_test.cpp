@@ -75,7 +75,7 @@ TEST_P(Vpls, AreTheCpusButForRounding) {
     const double equal = share_of_equal_vpls(a.vpls, b.vpls, diagonal(scene_bounds(scene)));
     std::printf("  %s: %zu and %zu VPLs, %.4f %% equal\n", GetParam(), a.vpls.size(), b.vpls.size(), 100 * equal);
     if (count >= 100) {
-      EXPECT_GE(equal, 0.998);
+      EXPECT_GE(equal, 0.999);
     }
   }
 }

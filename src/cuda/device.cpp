@@ -55,7 +55,6 @@ Device::Device(int index, std::uint64_t memory_limit) {
   check(cudaGetDeviceProperties(&properties, index), "reading the GPU's properties");
   name_ = properties.name;
   multiprocessors_ = properties.multiProcessorCount;
-  shared_memory_ = static_cast<int>(properties.sharedMemPerBlockOptin);
   check(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking), "making a stream");
   check(cudaMallocHost(reinterpret_cast<void**>(&mailbox_), kMailboxWords * sizeof(std::uint64_t)),
         "taking page-locked memory");

@@ -29,7 +29,6 @@ class Device {
   [[nodiscard]] const std::string& name() const noexcept { return name_; }
   [[nodiscard]] cudaStream_t stream() const noexcept { return stream_; }
   [[nodiscard]] int multiprocessors() const noexcept { return multiprocessors_; }
-  [[nodiscard]] int shared_memory() const noexcept { return shared_memory_; }  ///< most of a block [bytes]
   [[nodiscard]] std::uint64_t used() const noexcept { return used_; }
   [[nodiscard]] std::uint64_t peak() const noexcept { return peak_; }
   [[nodiscard]] std::uint64_t limit() const noexcept { return limit_; }
@@ -46,7 +45,7 @@ class Device {
 
  private:
   std::string name_;
-  int multiprocessors_ = 0, shared_memory_ = 0;
+  int multiprocessors_ = 0;
   cudaStream_t stream_ = nullptr;
   std::uint64_t* mailbox_ = nullptr;
   std::uint64_t used_ = 0, peak_ = 0, limit_ = 0;

@@ -63,6 +63,12 @@ struct Umbras {
  private:
   static constexpr int kEach = kMostOccluders / 32;
 
+  __device__ static bool is_inside(const Umbra& umbra, Vec3 at) {
+    bool inside = true;
+    for (const HalfSpace& h : umbra.behind) inside = inside && dot(h.normal, at) + h.offset > 0;
+    return inside;
+  }
+
   /// Which of 64 lights of the trees' upper levels lie in an umbra.
   __device__ static unsigned long long hidden_samples(const CutJob& job, const Umbra& umbra) {
     constexpr std::uint32_t samples = 64;
@@ -74,9 +80,7 @@ struct Umbras {
       const std::uint32_t i = all <= samples ? k : k * all / samples;
       const Vec3 at =
           i < vpls.frontier_count ? vpls.frontier[i].position : points.frontier[i - vpls.frontier_count].position;
-      bool inside = true;
-      for (const HalfSpace& h : umbra.behind) inside = inside && dot(h.normal, at) + h.offset > 0;
-      hidden |= inside ? 1ull << k : 0ull;
+      hidden |= is_inside(umbra, at) ? 1ull << k : 0ull;
     }
     return hidden;
   }

@@ -7,19 +7,19 @@
 namespace lightcuts::cuda {
 
 inline constexpr int kCutThreads = 64, kCutBlocks = 10;
-inline constexpr int kTeam = 16;       ///< warps of a block for a tile that is too much for one, or
-inline constexpr int kSmallTeam = 4;   ///< at least, where shared memory is scarce
+inline constexpr int kTeamBlocks = 2;  ///< of kTeam warps at least, on a multiprocessor
 inline constexpr int kCrewBlocks = 8;  ///< blocks for a tile that is too much for one
 
 /// One warp a tile; tiles that are too much for one are left.
 template <class Visibility, bool listing>
 __global__ void __launch_bounds__(kCutThreads, kCutBlocks)
-    packet_kernel(Visibility visibility, PixelView pixels, CutJob job, TileList list, SumView sums, CutView cuts) {
-  __shared__ WarpSpace<Visibility> spaces[kCutThreads / 32];
+    packet_kernel(const __grid_constant__ Visibility visibility, PixelView pixels, CutJob job, TileList list,
+                  SumView sums, CutView cuts) {
+  __shared__ CutSpace<Visibility, 1> spaces[kCutThreads / 32];
   const std::uint32_t place = (blockIdx.x * kCutThreads + threadIdx.x) / 32;
   if (place >= list.count) return;
   const std::uint32_t tile = list.tile(place);
-  TileCut<Visibility, listing> cut(job, visibility, cuts, spaces);
+  TileCut<Visibility, listing> cut(job, visibility, cuts, spaces[threadIdx.x / 32]);
   const TileOutcome outcome = cut.run(pixels, sums, tile * kTilePixels + threadIdx.x % 32, false);
   if (threadIdx.x % 32 != 0) return;
   if (outcome == TileOutcome::heavy) cuts.left.add(tile, cut.missed());
@@ -28,18 +28,17 @@ __global__ void __launch_bounds__(kCutThreads, kCutBlocks)
 
 /// One block a tile, for those that packet_kernel left.
 template <class Visibility, bool listing>
-__global__ void __launch_bounds__(kTeam * 32)
-    team_kernel(Visibility visibility, PixelView pixels, CutJob job, TileQueue queue, MissedList missed, SumView sums,
-                CutView cuts) {
-  extern __shared__ __align__(16) unsigned char shared[];
-  auto* const spaces = reinterpret_cast<WarpSpace<Visibility>*>(shared);
+__global__ void __launch_bounds__(kTeam * 32, kTeamBlocks)
+    team_kernel(const __grid_constant__ Visibility visibility, PixelView pixels, CutJob job, TileQueue queue,
+                MissedList missed, SumView sums, CutView cuts) {
+  __shared__ CutSpace<Visibility, kTeam> space;
   __shared__ std::uint32_t next;
   while (true) {
     if (threadIdx.x == 0) next = atomicAdd(&queue.counts[1], 1u);
     __syncthreads();
     if (next >= queue.counts[0]) return;
     const std::uint32_t entry = queue.tiles[next], tile = entry & ~TileQueue::kMissed;
-    TileCut<Visibility, listing, Crew::block> cut(job, visibility, cuts, spaces);
+    TileCut<Visibility, listing, Crew::block> cut(job, visibility, cuts, space);
     const TileOutcome outcome =
         cut.run(pixels, sums, tile * kTilePixels + threadIdx.x % 32, (entry & TileQueue::kMissed) != 0);
     if (threadIdx.x == 0 && outcome == TileOutcome::heavy) cuts.left.add(tile, cut.missed());
@@ -51,11 +50,11 @@ __global__ void __launch_bounds__(kTeam * 32)
 /// Some blocks a tile, for those that team_kernel left; all blocks must be resident at once.
 /// @param board, arrivals  as class Meeting wants them, for each crew
 template <class Visibility, bool listing>
-__global__ void __launch_bounds__(kTeam * 32)
-    crew_kernel(Visibility visibility, PixelView pixels, CutJob job, TileQueue queue, MissedList missed, SumView sums,
-                CutView cuts, int blocks, unsigned long long* board, unsigned* arrivals) {
-  extern __shared__ __align__(16) unsigned char shared[];
-  auto* const spaces = reinterpret_cast<WarpSpace<Visibility>*>(shared);
+__global__ void __launch_bounds__(kTeam * 32, kTeamBlocks)
+    crew_kernel(const __grid_constant__ Visibility visibility, PixelView pixels, CutJob job, TileQueue queue,
+                MissedList missed, SumView sums, CutView cuts, int blocks, unsigned long long* board,
+                unsigned* arrivals) {
+  __shared__ CutSpace<Visibility, kTeam> space;
   const auto crew = blockIdx.x / static_cast<unsigned>(blocks), crews = gridDim.x / static_cast<unsigned>(blocks);
   Meeting meeting(board + crew * Meeting::board_words(static_cast<std::size_t>(blocks)), arrivals + crew, blocks,
                   static_cast<int>(blockIdx.x % static_cast<unsigned>(blocks)));
@@ -63,7 +62,7 @@ __global__ void __launch_bounds__(kTeam * 32)
   for (std::uint32_t i = crew; i < count; i += crews) {
     const std::uint32_t entry = queue.tiles[i], tile = entry & ~TileQueue::kMissed;
     const TileOutcome outcome =
-        TileCut<Visibility, listing, Crew::blocks>(job, visibility, cuts, spaces, &meeting)
+        TileCut<Visibility, listing, Crew::blocks>(job, visibility, cuts, space, &meeting)
             .run(pixels, sums, tile * kTilePixels + threadIdx.x % 32, (entry & TileQueue::kMissed) != 0);
     if (meeting.rank() == 0 && threadIdx.x == 0 && outcome == TileOutcome::missed) missed.add(tile);
     __syncthreads();
@@ -85,27 +84,20 @@ void start_packets(Device& device, const Visibility& see, const PixelView& pixel
       <<<(list.count + warps - 1) / warps, kCutThreads, 0, device.stream()>>>(see, pixels, job, list, sums, view);
   check(cudaGetLastError(), "cutting light trees");
 
-  const auto team = team_kernel<Visibility, listing>;
   const auto crew = crew_kernel<Visibility, listing>;
-  constexpr int each = static_cast<int>(sizeof(WarpSpace<Visibility>));
-  int team_warps = kTeam;
-  while (team_warps > kSmallTeam && team_warps * each + 1024 > device.shared_memory()) team_warps /= 2;
-  const int bytes = team_warps * each;
-  check(cudaFuncSetAttribute(team, cudaFuncAttributeMaxDynamicSharedMemorySize, bytes), "setting up a kernel");
-  check(cudaFuncSetAttribute(crew, cudaFuncAttributeMaxDynamicSharedMemorySize, bytes), "setting up a kernel");
   const int multiprocessors = device.multiprocessors();
   int resident = 0;
-  check(
-      cudaOccupancyMaxActiveBlocksPerMultiprocessor(&resident, crew, team_warps * 32, static_cast<std::size_t>(bytes)),
-      "planning a cut");
+  check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&resident, crew, kTeam * 32, 0), "planning a cut");
   view.left = resident > 0 ? for_crews : TileQueue{};
-  team<<<static_cast<unsigned>(2 * multiprocessors), team_warps * 32, bytes, device.stream()>>>(
-      see, pixels, job, for_blocks, list.missed, sums, view);
+  team_kernel<Visibility, listing>
+      <<<static_cast<unsigned>(kTeamBlocks * multiprocessors), kTeam * 32, 0, device.stream()>>>(
+          see, pixels, job, for_blocks, list.missed, sums, view);
   check(cudaGetLastError(), "cutting light trees");
 
   if (resident == 0) return;
-  int blocks = std::min(kCrewBlocks, multiprocessors);
-  const int crews = multiprocessors / blocks;
+  const int at_once = std::min(resident, kTeamBlocks) * multiprocessors;
+  int blocks = std::min(kCrewBlocks, at_once);
+  const int crews = at_once / blocks;
   DeviceBuffer<unsigned long long> board(device, crews * Meeting::board_words(static_cast<std::size_t>(blocks)));
   DeviceBuffer<unsigned> arrivals(device, static_cast<std::size_t>(crews));
   arrivals.fill_bytes(0);
@@ -117,9 +109,8 @@ void start_packets(Device& device, const Visibility& see, const PixelView& pixel
   MissedList missed = list.missed;
   SumView sum_view = sums;
   void* arguments[] = {&seen, &pixel_view, &cut_job, &for_crews, &missed, &sum_view, &view, &blocks, &boards, &arrived};
-  check(cudaLaunchCooperativeKernel(crew, dim3(static_cast<unsigned>(crews * blocks)),
-                                    dim3(static_cast<unsigned>(team_warps * 32)), arguments,
-                                    static_cast<std::size_t>(bytes), device.stream()),
+  check(cudaLaunchCooperativeKernel(crew, dim3(static_cast<unsigned>(crews * blocks)), dim3(kTeam * 32), arguments, 0,
+                                    device.stream()),
         "cutting light trees");
 }
 

@@ -74,8 +74,8 @@ struct TileList {
   }
 };
 
-/// Where the light of nodes is looked at, the test of one costs more and crews pay earlier.
-inline constexpr std::uint32_t kHeavyVisits = 16384, kHeavyVisitsInShadow = 8192;
+/// By visibility: none; shadow rays, of which those to a chosen node count as one test; shadow maps.
+inline constexpr std::uint32_t kHeavyVisits = 16384, kHeavyVisitsByRays = 8192, kHeavyVisitsByMaps = 4096;
 
 /// What cuts work on.
 struct CutJob {

@@ -41,17 +41,17 @@ enum class TileOutcome : std::uint8_t { lit, heavy, missed };
 template <class Visibility, bool listing = false, Crew crew = Crew::warp>
 class TileCut : TileLight<Visibility, crew> {
   using Base = TileLight<Visibility, crew>;
-  using Base::job_, Base::cuts_, Base::spaces_, Base::space_, Base::warp_, Base::lane_;
+  using Base::job_, Base::cuts_, Base::space_, Base::warp_, Base::lane_;
   using Base::kOwnCuts, Base::kTeamed;
-  using Base::light_, Base::lost_, Base::rays_, Base::pairs_, Base::heavy_, Base::missed_;
+  using Base::light_, Base::lost_, Base::rays_, Base::pairs_, Base::heavy_, Base::missed_, Base::arrival_;
   using Base::receiver_, Base::position_, Base::weights_, Base::mine_, Base::ns, Base::ng, Base::total_of;
   using typename Base::Space;
 
  public:
   /// @param meeting  of the crew's blocks, if they are several
-  __device__ TileCut(const CutJob& job, const Visibility& visibility, const CutView& cuts, Space* spaces,
+  __device__ TileCut(const CutJob& job, const Visibility& visibility, const CutView& cuts, Space& space,
                      Meeting* meeting = nullptr)
-      : Base(job, visibility, cuts, spaces, meeting) {}
+      : Base(job, visibility, cuts, space, meeting) {}
 
   /// Whether some light could not be looked at.
   [[nodiscard]] __device__ bool missed() const { return missed_; }
@@ -87,13 +87,20 @@ class TileCut : TileLight<Visibility, crew> {
   }
 
  private:
-  /// Of what this warp has visited; the tile is then left to a larger crew.
+  /// Of what this warp or block has done; the tile is then left to a larger crew.
   __device__ bool too_heavy() const {
-    return crew != Crew::blocks && cuts_.left.tiles != nullptr && visits_ > job_.heavy_visits;
+    const std::uint32_t done = Visibility::traces ? visits_ + looks_ : visits_;
+    return crew != Crew::blocks && cuts_.left.tiles != nullptr && done > (kTeamed ? kTeam : 1) * job_.heavy_visits;
   }
 
-  /// A block has those of its first warp.
-  __device__ Umbras<Visibility::shadows>& umbras() const { return kTeamed ? spaces_[0].umbras : space_.umbras; }
+  /// Waits for the others that share the space.
+  __device__ static void meet() {
+    if constexpr (kTeamed) {
+      __syncthreads();
+    } else {
+      __syncwarp();
+    }
+  }
 
   // --- Groups ---
 
@@ -119,14 +126,14 @@ class TileCut : TileLight<Visibility, crew> {
     const float gain_hi = warp_min(in ? gap_to_end(axis, box, position) : kInfinity);
     group_ = receiver_group<FastFloat>(box, axis, cosine, gain_lo, gain_hi);
     if (first) {  // what is hidden from all of them is from those of later rounds too
-      if (!kTeamed || threadIdx.x < 32) umbras().find(job_, box, lane_);
-      if constexpr (kTeamed) __syncthreads();
+      if (!kTeamed || threadIdx.x < 32) space_.umbras.find(job_, box, lane_);
+      meet();
     }
     if constexpr (Visibility::shadows) {
       const auto of_all = Visibility::group(lanes, position, ng());
-      __syncwarp();
-      if (lane_ == 0) space_.group = of_all;
-      __syncwarp();
+      meet();
+      if (lane_ == 0 && (!kTeamed || threadIdx.x == 0)) space_.group = of_all;
+      meet();
     }
   }
 
@@ -139,7 +146,8 @@ class TileCut : TileLight<Visibility, crew> {
     const float error = static_cast<float>(job_.error * (1 - kThresholdSlack));
     // Where the upper level shows nothing, the search for the total starts from what there could be at most.
     float total = largest > 0 ? fmaxf(estimate, largest / 64) : root_bound(member) / 64;
-    float threshold = kFirstCaution<Visibility::traces> * error * total;
+    // Where it shows hardly anything, it starts from all that was offered.
+    float threshold = (arrival_ < kUnsureArrival ? 1 / arrival_ : kFirstCaution<Visibility::traces>)*error * total;
     for (int round = 1; lanes != 0; ++round) {
       mine_ = (lanes >> lane_ & 1u) != 0;
       lanes_ = lanes;
@@ -235,18 +243,18 @@ class TileCut : TileLight<Visibility, crew> {
     if constexpr (kTeamed) join_crew();
   }
 
-  /// A single warp starts at the root, each of a crew with its own of the parts that the tree was taken apart into.
+  /// A single warp starts at the root, the blocks of a crew with their share of the parts that the tree was taken apart into.
   template <int kind, bool counting>
   __device__ void walk_tree(std::uint32_t limit) {
     const TreeView& tree = job_.trees.kind[kind];
     if (tree.leaf_count == 0) return;
     if constexpr (!kTeamed) {
-      walk<kind, counting>(limit, lane_ == 0 ? 0 : kNone);
+      walk<kind, counting>(limit);
     } else {
-      const int warps = this->crew_warps();
-      for (int first = 0; first < static_cast<int>(kTreeParts); first += warps * 32) {
-        const int part = first + lane_ * warps + warp_;
-        walk<kind, counting>(limit, part < static_cast<int>(kTreeParts) ? tree.parts[part] : kNone);
+      const int blocks = this->crew_blocks(), own = static_cast<int>(threadIdx.x) * blocks + warp_ / kTeam;
+      for (int first = 0; first < static_cast<int>(kTreeParts); first += kTeam * 32 * blocks) {
+        const int part = first + own;
+        walk_together<kind, counting>(limit, part < static_cast<int>(kTreeParts) ? tree.parts[part] : kNone);
       }
     }
   }
@@ -262,72 +270,148 @@ class TileCut : TileLight<Visibility, crew> {
       lost_ = sum.lost;
     }
   }
+
+  /// What became of this lane's node.
+  struct Tested {
+    std::uint32_t below = kNone;  ///< its children, if it is split
+    unsigned lanes = 0;           ///< pixels that want them
+    unsigned taking = 0;          ///< pixels that take it into their cut
+    bool splits = false;
+    bool looks = false;  ///< it may give light to pixels that take it
+  };
+
   template <int kind, bool counting>
-  __device__ void walk(std::uint32_t limit, std::uint32_t index) {
+  __device__ Tested test(std::uint32_t index, unsigned lanes) {
     const LightNode* const nodes = job_.trees.kind[kind].nodes;
-    const Vec3 scale = scale_ * (1 / fit_scale_);
+    Tested tested;
+    bool accepts = false, shines = false;
+    if (index != kNone) {
+      const LightNode node = nodes[index];
+      tested.below = node.first_child;
+      const float bound = node_bound<kind>(scale_ * (1 / fit_scale_), node);
+      shines = !(bound == 0);
+      accepts = node.is_leaf() || bound <= 1;
+      tested.splits = !accepts;
+      if (shines && space_.umbras.template hide<kind>(node.box)) accepts = tested.splits = shines = false;
+      if (accepts && !node.is_leaf()) largest_bound_ = fmaxf(largest_bound_, bound);
+    }
+    count_found(__ballot_sync(kAllLanes, accepts), lanes);
+    tested.taking = accepts ? lanes : 0;
+    tested.lanes = lanes;
+    if constexpr (kOwnCuts) {
+      const unsigned taken = take_one_by_one<kind>(nodes, index, lanes, __ballot_sync(kAllLanes, tested.splits));
+      tested.taking |= taken;
+      tested.lanes &= ~taken;
+      tested.splits = tested.splits && tested.lanes != 0;
+    }
+    if constexpr (listing && !counting) {
+      if (tested.taking != 0) list(kind, index, tested.taking);
+    }
+    // What cannot shine at any pixel of the group is in the cut, but needs no look.
+    tested.looks = !counting && tested.taking != 0 && shines;
+    return tested;
+  }
+
+  template <int kind, bool counting>
+  __device__ void walk(std::uint32_t limit) {
     const unsigned before = (1u << lane_) - 1;
     int waiting = 0, chosen = 0;
-    // The first step tests the nodes given; each later one the children of up to 16 nodes, those found last.
+    // The first step tests the root; each later one the children of up to 16 nodes, those found last.
+    std::uint32_t index = lane_ == 0 ? 0 : kNone;
     unsigned lanes = lanes_;
     while (true) {
       visits_ += static_cast<std::uint32_t>(__popc(__ballot_sync(kAllLanes, index != kNone)));
-      bool accepts = false, splits = false, shines = false;
-      std::uint32_t below = kNone;
-      if (index != kNone) {
-        const LightNode node = nodes[index];
-        below = node.first_child;
-        const float bound = node_bound<kind>(scale, node);
-        shines = !(bound == 0);
-        accepts = node.is_leaf() || bound <= 1;
-        splits = !accepts;
-        if (shines && umbras().template hide<kind>(node.box)) accepts = splits = shines = false;
-        if (accepts && !node.is_leaf()) largest_bound_ = fmaxf(largest_bound_, bound);
-      }
-      const unsigned accepting = __ballot_sync(kAllLanes, accepts);
-      count_found(accepting, lanes);
-      unsigned taking = accepts ? lanes : 0;  // pixels that take this lane's node into their cut
-      if constexpr (kOwnCuts) {
-        const unsigned taken = take_one_by_one<kind>(nodes, index, lanes, __ballot_sync(kAllLanes, splits));
-        taking |= taken;
-        lanes &= ~taken;
-        splits = splits && lanes != 0;
-      }
-      if constexpr (listing && !counting) {
-        if (taking != 0) list(kind, index, taking);
-      }
+      const Tested tested = test<kind, counting>(index, lanes);
       if (counting && __any_sync(kAllLanes, mine_ && found_ > limit)) return;
-      if constexpr (!counting) {
-        // What cannot shine at any pixel of the group is in the cut, but needs no look.
-        const bool look = taking != 0 && shines;
-        const unsigned looking = __ballot_sync(kAllLanes, look);
-        if (look) space_.chosen[chosen + __popc(looking & before)] = {index, taking};
-        chosen += __popc(looking);
-      }
-      const unsigned splitting = __ballot_sync(kAllLanes, splits);
-      if (splits) space_.stack[waiting + __popc(splitting & before)] = {below, lanes};
+      const unsigned looking = __ballot_sync(kAllLanes, tested.looks);
+      if (tested.looks) space_.chosen[chosen + __popc(looking & before)] = {index, tested.taking};
+      chosen += __popc(looking);
+      const unsigned splitting = __ballot_sync(kAllLanes, tested.splits);
+      if (tested.splits) space_.stack[waiting + __popc(splitting & before)] = {tested.below, tested.lanes};
       waiting += __popc(splitting);
       __syncwarp();
-      if (!counting && chosen > kChosen - 32) {
-        this->template sum_chosen<kind>(chosen);
+      if (!counting && chosen > Space::kChosen - 32) {
+        this->template sum_chosen<kind>(chosen, 0, 32);
+        looks_ += static_cast<std::uint32_t>(chosen);
         chosen = 0;
       }
       if (waiting == 0 || too_heavy()) break;
-      // With little room left, one node at a time and the smaller child first: what waits then doubles with each entry.
-      const bool full = waiting > kStack - 96;
-      const int taken = full ? 1 : min_of(waiting, 16);
-      waiting -= taken;
-      index = kNone;
-      if (lane_ < 2 * taken) {
-        const PixelsNode top = space_.stack[waiting + lane_ / 2];
-        index = top.index + static_cast<std::uint32_t>(lane_ % 2);
-        lanes = top.lanes;
-      }
-      if (full) index = smaller_last(nodes, index);
+      index = take<kind>(waiting, lanes);
       __syncwarp();
     }
-    if (!counting && chosen > 0) this->template sum_chosen<kind>(chosen);
+    if (!counting && chosen > 0) this->template sum_chosen<kind>(chosen, 0, 32);
+    looks_ += static_cast<std::uint32_t>(chosen);
     __syncwarp();
+  }
+
+  /// All warps of a block share what waits and what was chosen, so all have as much to do; places are given in the order of
+  /// threads, so that sums are always the same.
+  template <int kind, bool counting>
+  __device__ void walk_together(std::uint32_t limit, std::uint32_t index) {
+    const unsigned before = (1u << lane_) - 1;
+    const int warp = static_cast<int>(threadIdx.x / 32);
+    int waiting = 0, chosen = 0;
+    unsigned lanes = lanes_;
+    visits_ += static_cast<std::uint32_t>(__syncthreads_count(index != kNone ? 1 : 0));
+    for (int step = 0;; ++step) {
+      const Tested tested = test<kind, counting>(index, lanes);
+      const unsigned splitting = __ballot_sync(kAllLanes, tested.splits),
+                     looking = __ballot_sync(kAllLanes, tested.looks);
+      std::uint32_t* const found = space_.found[step % 2];
+      if (lane_ == 0) found[warp] = static_cast<std::uint32_t>(__popc(splitting) | __popc(looking) << 16);
+      if (__syncthreads_or(counting && mine_ && found_ > limit ? 1 : 0) != 0) return;
+      std::uint32_t upto = lane_ < kTeam ? found[lane_] : 0;
+      for (int other = 1; other < kTeam; other *= 2) {
+        const std::uint32_t sum = __shfl_up_sync(kAllLanes, upto, other);
+        if (lane_ >= other) upto += sum;
+      }
+      const std::uint32_t all = __shfl_sync(kAllLanes, upto, kTeam - 1);
+      const std::uint32_t others = __shfl_sync(kAllLanes, upto, warp) - found[warp];
+      if (tested.splits) {
+        space_.stack[waiting + static_cast<int>(others & 0xffffu) + __popc(splitting & before)] = {tested.below,
+                                                                                                   tested.lanes};
+      }
+      if (tested.looks) {
+        space_.chosen[chosen + static_cast<int>(others >> 16) + __popc(looking & before)] = {index, tested.taking};
+      }
+      waiting += static_cast<int>(all & 0xffffu);
+      chosen += static_cast<int>(all >> 16);
+      __syncthreads();
+      if (!counting && chosen > Space::kChosen - 32 * kTeam) {
+        this->template sum_chosen<kind>(chosen, 32 * warp, 32 * kTeam);
+        looks_ += static_cast<std::uint32_t>(chosen);
+        chosen = 0;
+      }
+      if (waiting == 0 || too_heavy()) break;
+      visits_ += 2 * static_cast<std::uint32_t>(takes(waiting));
+      index = take<kind>(waiting, lanes);
+    }
+    if (!counting && chosen > 0) this->template sum_chosen<kind>(chosen, 32 * warp, 32 * kTeam);
+    looks_ += static_cast<std::uint32_t>(chosen);
+    __syncthreads();
+  }
+
+  /// Of so many nodes that wait, those that are gone below in one step.
+  __device__ static int takes(int waiting) {
+    constexpr int reserve = 64;  // what one node at a time, the smaller child first, may need
+    return max_of(1, min_of(min_of(waiting, kTeamed ? 16 * kTeam : 16), Space::kStack - reserve - waiting));
+  }
+
+  /// Takes the nodes that were found last: this lane's child of one of them, or kNone.
+  template <int kind>
+  __device__ std::uint32_t take(int& waiting, unsigned& lanes) const {
+    const int taken = takes(waiting), thread = kTeamed ? static_cast<int>(threadIdx.x) : lane_;
+    const bool full = taken == 1 && waiting > 1;
+    waiting -= taken;
+    std::uint32_t index = kNone;
+    if (thread < 2 * taken) {
+      const PixelsNode top = space_.stack[waiting + thread / 2];
+      index = top.index + static_cast<std::uint32_t>(thread % 2);
+      lanes = top.lanes;
+    }
+    // The smaller child first: what waits then doubles with each entry.
+    if (full) index = smaller_last(job_.trees.kind[kind].nodes, index);
+    return index;
   }
 
   /// Counts the nodes that the group accepted, for each pixel they concern.
@@ -393,7 +477,7 @@ class TileCut : TileLight<Visibility, crew> {
 
   __device__ void add_counts() {
     atomicAdd(&cuts_.counts->pairs, static_cast<unsigned long long>(pairs_));
-    if (lane_ != 0) return;
+    if (lane_ != 0 || (kTeamed && threadIdx.x != 0)) return;
     atomicAdd(&cuts_.counts->visits, static_cast<unsigned long long>(visits_));
     if (warp_ != 0) return;
     atomicAdd(&cuts_.counts->walks, static_cast<unsigned long long>(walks_));
@@ -416,7 +500,7 @@ class TileCut : TileLight<Visibility, crew> {
   unsigned lanes_ = 0;
 
   std::uint32_t tile_ = 0;
-  std::uint32_t visits_ = 0, walks_ = 0, groups_ = 0;
+  std::uint32_t visits_ = 0, looks_ = 0, walks_ = 0, groups_ = 0;
 };
 
 }  // namespace lightcuts::cuda

@@ -8,8 +8,10 @@
 
 namespace lightcuts::cuda {
 
-inline constexpr int kStack = 256;   ///< nodes to go below
-inline constexpr int kChosen = 256;  ///< nodes that are summed together, in single precision
+/// Where less than this share of the upper levels' light arrives, the few of them that do tell little.
+inline constexpr float kUnsureArrival = 0.2f;
+
+inline constexpr int kTeam = 8;  ///< warps of a block that lights a tile together
 
 /// A node and the pixels that it concerns.
 struct PixelsNode {
@@ -17,15 +19,25 @@ struct PixelsNode {
   unsigned lanes;
 };
 
-/// A warp's shared memory.
+/// What one warp knows of the lights that it is about to sum.
 template <class Visibility>
-struct WarpSpace {
+struct WarpStage {
   StagedLight lights[32];
   typename Visibility::Staged seen[32];  ///< of `lights`
-  PixelsNode stack[kStack];              ///< first children of the nodes to go below
+};
+
+/// The shared memory of a warp that lights a tile alone, or of a block that does.
+template <class Visibility, int warps>
+struct CutSpace {
+  static constexpr int kStack = 256 * warps;                      ///< nodes to go below
+  static constexpr int kChosen = warps == 1 ? 256 : 128 * warps;  ///< nodes that wait for being summed
+
+  WarpStage<Visibility> stages[warps];
+  PixelsNode stack[kStack];  ///< first children of the nodes to go below
   PixelsNode chosen[kChosen];
   Umbras<Visibility::shadows> umbras;
   typename Visibility::Group group;
+  std::uint32_t found[2][warps];  ///< by each warp in a step, of both: to go below, and chosen times 2^16
 };
 
 static_assert(sizeof(CrewPart) <= sizeof(StagedLight));  // a warp leaves its part in `lights`
@@ -36,20 +48,18 @@ template <class Visibility, Crew crew>
 class TileLight {
  protected:
   static constexpr bool kOwnCuts = Visibility::own_cuts, kTeamed = crew != Crew::warp;
-  using Space = WarpSpace<Visibility>;
+  using Space = CutSpace<Visibility, kTeamed ? kTeam : 1>;
 
   /// @param meeting  of the crew's blocks, if they are several
-  __device__ TileLight(const CutJob& job, const Visibility& visibility, const CutView& cuts, Space* spaces,
+  __device__ TileLight(const CutJob& job, const Visibility& visibility, const CutView& cuts, Space& space,
                        Meeting* meeting)
       : job_(job),
         visibility_(visibility),
         cuts_(cuts),
-        spaces_(spaces),
-        space_(spaces[threadIdx.x / 32]),
+        space_(space),
+        stage_(space.stages[kTeamed ? threadIdx.x / 32 : 0]),
         meeting_(meeting),
-        warp_(kTeamed
-                  ? static_cast<int>(threadIdx.x / 32) + (crew == Crew::blocks ? meeting->rank() * block_warps() : 0)
-                  : 0),
+        warp_(kTeamed ? static_cast<int>(threadIdx.x / 32) + (crew == Crew::blocks ? meeting->rank() * kTeam : 0) : 0),
         lane_(static_cast<int>(threadIdx.x % 32)) {}
 
   // --- The pixel ---
@@ -113,26 +123,25 @@ class TileLight {
 
   // --- The crew ---
 
-  __device__ static int block_warps() { return static_cast<int>(blockDim.x / 32); }
-  __device__ int crew_warps() const {
-    if constexpr (!kTeamed) return 1;
-    return block_warps() * (crew == Crew::blocks ? meeting_->blocks() : 1);
-  }
+  __device__ int crew_blocks() const { return crew == Crew::blocks ? meeting_->blocks() : 1; }
+  __device__ int crew_warps() const { return kTeamed ? kTeam * crew_blocks() : 1; }
 
   /// Adds up the parts of a crew's warps, in their order: all of them get the same.
   __device__ CrewPart add_up(const CrewPart& own) {
     __syncwarp();
-    *part_of(space_) = own;
+    *part_of(stage_) = own;
     missed_ = __syncthreads_or(missed_ ? 1 : 0) != 0;
     heavy_ = __syncthreads_or(heavy_ ? 1 : 0) != 0;
     CrewPart sum;
-    for (int w = 0; w < block_warps(); ++w) sum.add(*part_of(spaces_[w]));
+    for (int w = 0; w < kTeam; ++w) sum.add(*part_of(space_.stages[w]));
     __syncthreads();
     if constexpr (crew == Crew::blocks) sum = meeting_->add_up(sum, missed_);
     return sum;
   }
 
-  __device__ CrewPart* part_of(Space& space) const { return reinterpret_cast<CrewPart*>(space.lights) + lane_; }
+  __device__ CrewPart* part_of(WarpStage<Visibility>& stage) const {
+    return reinterpret_cast<CrewPart*>(stage.lights) + lane_;
+  }
 
   // --- The estimate ---
 
@@ -192,25 +201,27 @@ class TileLight {
       arrived = static_cast<float>(sum.light.z);
       rays_ = warp_ == 0 ? sum.rays : 0;
     }
-    if (offered > 0) arrives_ = fmaxf(arrived / offered, 1.0f / 64);
-    return total * arrives_;
+    if (offered > 0) arrival_ = fmaxf(arrived / offered, 1.0f / 64);
+    return total * arrival_;
   }
 
   // --- Chosen nodes ---
 
-  /// Adds the chosen nodes' light to each pixel of the group.
+  /// Adds the light of this warp's share of the chosen nodes to each pixel of the group: 32 nodes, then the next 32 of every
+  /// `step`.
   template <int kind>
-  __device__ void sum_chosen(int count) {
-    for (int first = 0; first < count; first += 32) {
+  __device__ void sum_chosen(int count, int from, int step) {
+    for (int first = from; first < count; first += step) {
       const int here = min_of(32, count - first);
+      const PixelsNode* const chosen = space_.chosen + first;
       __syncwarp();
-      if (lane_ < here) stage_chosen<kind>(space_.chosen[first + lane_].index);
+      if (lane_ < here) stage_chosen<kind>(chosen[lane_].index);
       if constexpr (Visibility::shadows) missed_ = __any_sync(kAllLanes, missed_) != 0;
       __syncwarp();
-      if constexpr (Visibility::traces) trace_chosen<kind>(first, here);
+      if constexpr (Visibility::traces) trace_chosen<kind>(chosen, here);
       for (int i = 0; i < here; ++i) {
-        const bool wanted = mine_ && (!kOwnCuts || (space_.chosen[first + i].lanes >> lane_ & 1u) != 0);
-        add_seen<kind>(space_.lights[i], space_.seen[i], wanted);
+        const bool wanted = mine_ && (!kOwnCuts || (chosen[i].lanes >> lane_ & 1u) != 0);
+        add_seen<kind>(stage_.lights[i], stage_.seen[i], wanted);
         if (wanted) ++pairs_;
       }
     }
@@ -222,22 +233,22 @@ class TileLight {
   __device__ void stage_chosen(std::uint32_t index) {
     const LightNode& node = job_.trees.kind[kind].nodes[index];
     const std::uint32_t light = node.representative;
-    space_.lights[lane_] = stage_light<kind>(job_.lights, light, node.intensity);
+    stage_.lights[lane_] = stage_light<kind>(job_.lights, light, node.intensity);
     if (cuts_.used[kind] != nullptr && !missed_) mark(cuts_.used[kind], light);
     typename Visibility::Staged seen;
-    if (!visibility_.template stage<kind>(light, arrives_, seen)) missed_ = true;
+    if (!visibility_.template stage<kind>(light, fmaxf(arrival_, kUnsureArrival), seen)) missed_ = true;
     visibility_.template look<kind>(space_.group, seen);
-    space_.seen[lane_] = seen;
+    stage_.seen[lane_] = seen;
   }
 
   /// Traces the rays to the staged lights: where pixels have cuts of their own few of them ask for the same light, so the lanes
   /// share out all rays, sorted by light.
   template <int kind>
-  __device__ void trace_chosen(int first, int here) {
+  __device__ void trace_chosen(const PixelsNode* chosen, int here) {
     unsigned own_asks = 0;
     for (int i = 0; i < here; ++i) {
-      const bool wanted = (space_.chosen[first + i].lanes >> lane_ & 1u) != 0;
-      const LightFactor f = factor_of<kind>(receiver_, space_.lights[i], job_.min_distance * job_.min_distance);
+      const bool wanted = (chosen[i].lanes >> lane_ & 1u) != 0;
+      const LightFactor f = factor_of<kind>(receiver_, stage_.lights[i], job_.min_distance * job_.min_distance);
       const unsigned asks = __ballot_sync(kAllLanes, wanted && f.unclamped > 0);
       if (lane_ == i) own_asks = asks;
     }
@@ -247,21 +258,21 @@ class TileLight {
       if (lane_ >= step) upto += other;
     }
     const std::uint32_t rays = __shfl_sync(kAllLanes, upto, 31);
-    space_.seen[lane_].asks = own_asks;
-    space_.seen[lane_].sees = 0;
-    space_.seen[lane_].before = upto - static_cast<std::uint32_t>(__popc(own_asks));
+    stage_.seen[lane_].asks = own_asks;
+    stage_.seen[lane_].sees = 0;
+    stage_.seen[lane_].before = upto - static_cast<std::uint32_t>(__popc(own_asks));
     __syncwarp();
     for (std::uint32_t begin = 0; begin < rays; begin += 32) {
       const std::uint32_t ray = min_of(begin + static_cast<std::uint32_t>(lane_), rays - 1);
       int light = 0;
       for (int step = 16; step > 0; step /= 2) {
-        if (space_.seen[light + step].before <= ray) light += step;
+        if (stage_.seen[light + step].before <= ray) light += step;
       }
-      const int pixel = place_of_bit(space_.seen[light].asks, ray - space_.seen[light].before);
+      const int pixel = place_of_bit(stage_.seen[light].asks, ray - stage_.seen[light].before);
       const Vec3 from = from_lane(position_, pixel);
       if (begin + static_cast<std::uint32_t>(lane_) < rays &&
-          visibility_.template share<kind>(receiver_, from, space_.lights[light], space_.seen[light]) > 0) {
-        atomicOr(&space_.seen[light].sees, 1u << pixel);
+          visibility_.template share<kind>(receiver_, from, stage_.lights[light], stage_.seen[light]) > 0) {
+        atomicOr(&stage_.seen[light].sees, 1u << pixel);
       }
     }
     __syncwarp();
@@ -288,8 +299,8 @@ class TileLight {
   const CutJob& job_;
   const Visibility& visibility_;
   const CutView& cuts_;
-  Space* spaces_;
   Space& space_;
+  WarpStage<Visibility>& stage_;
   Meeting* meeting_;
   int warp_, lane_;  ///< of the crew, of the warp
 
@@ -305,7 +316,7 @@ class TileLight {
 
   bool heavy_ = false;   ///< too many nodes for this crew
   bool missed_ = false;  ///< some light could not be looked at: what follows shows which else there will be
-  float arrives_ = 1;    ///< of the light, about, at the tile
+  float arrival_ = 1;    ///< share of the light that arrives at the tile, about
 };
 
 }  // namespace lightcuts::cuda

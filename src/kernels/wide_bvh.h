@@ -80,10 +80,10 @@ LC_FN std::uint32_t intersect_children(const WideNode& node, Vec3 origin, Vec3 i
     const float y1 = static_cast<float>(inverse.y < 0 ? node.lo_y[c] : node.hi_y[c]);
     const float z0 = static_cast<float>(inverse.z < 0 ? node.hi_z[c] : node.lo_z[c]);
     const float z1 = static_cast<float>(inverse.z < 0 ? node.lo_z[c] : node.hi_z[c]);
-    const float near = max_of(max_of(multiply_add(x0, sx, bx), multiply_add(y0, sy, by)),
-                              max_of(multiply_add(z0, sz, bz), t_min));
-    const float far = min_of(min_of(multiply_add(x1, sx, bx), multiply_add(y1, sy, by)),
-                             min_of(multiply_add(z1, sz, bz), t_max));
+    const float near =
+        max_of(max_of(multiply_add(x0, sx, bx), multiply_add(y0, sy, by)), max_of(multiply_add(z0, sz, bz), t_min));
+    const float far =
+        min_of(min_of(multiply_add(x1, sx, bx), multiply_add(y1, sy, by)), min_of(multiply_add(z1, sz, bz), t_max));
     if (near <= far * late) met |= 1u << c;
   }
   return met;

@@ -23,10 +23,14 @@ LC_KERNEL SinCos sin_cos_of_turn(float turn) {
   const float quarter = std::floor(4 * turn + 0.5f);
   const SinCos rest = small_sin_cos(2 * kPi * (turn - 0.25f * quarter));
   switch (static_cast<int>(quarter) & 3) {
-    case 0: return rest;
-    case 1: return {rest.cos, -rest.sin};
-    case 2: return {-rest.sin, -rest.cos};
-    default: return {-rest.cos, rest.sin};
+    case 0:
+      return rest;
+    case 1:
+      return {rest.cos, -rest.sin};
+    case 2:
+      return {-rest.sin, -rest.cos};
+    default:
+      return {-rest.cos, rest.sin};
   }
 }
 

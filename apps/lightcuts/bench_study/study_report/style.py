@@ -87,4 +87,5 @@ def log_log(axes, x, y):
 
 
 def legend_below(axes, columns=1):
-    axes.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.17), ncols=columns)
+    axes.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.17), ncols=columns,
+                columnspacing=1, handlelength=1.6)

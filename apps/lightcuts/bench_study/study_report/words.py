@@ -259,7 +259,9 @@ def convergence(report):
             "tracer goes on as 1/time.\n")
     for room in dict.fromkeys(r["room"] for r in ours):
         text += race_of(report, room)
-    return text + f"\n{side}x{side} pixels: shadow maps, made once for a picture, pay off only with more pixels."
+    on_cpu = report.data["machine"]["device"].startswith("cpu")
+    return text + (f"\n{side}x{side} pixels: shadow maps, made once for a picture, pay off only with more pixels." if on_cpu else
+                   f"\n{side}x{side} pixels. Where shadow maps do not leak they give a coarse picture first, and stop at an error of their own.")
 
 
 def stages(report):

@@ -32,26 +32,32 @@ class Race {
   Race(Study& study, const Room& room) : study_(study), room_(study, room) {}
 
   void run(Table& table) {
-    for (const Way& way : kWays) {
-      double last_s = 0, last_count = 0;
-      for (const std::uint64_t count : study_.sizes().converge_vpls) {
-        const double expected = last_s * static_cast<double>(count) / std::max(1.0, last_count);
-        if (way.method == Method::instant_radiosity && expected > study_.request().budget_s) break;
-        const Json found = study_.measure_if_built(key(way.name, count), [&] { return measure(way, count); });
-        if (found.is_null()) break;
-        last_s = found["wall_s"];
-        last_count = static_cast<double>(count);
-        add(table, way.name, count, found);
-      }
-    }
-    for (const int samples : study_.sizes().converge_paths) {
-      const Json found =
-          study_.measure(key("path", static_cast<std::uint64_t>(samples)), [&] { return measure_path(samples); });
-      add(table, "path tracer", static_cast<std::uint64_t>(samples), found);
-    }
+    for (const Way& way : kWays) study_.until_stopped([&] { run_way(way, table); });
+    study_.until_stopped([&] { run_paths(table); });
   }
 
  private:
+  void run_way(const Way& way, Table& table) {
+    double last_s = 0, last_count = 0;
+    for (const std::uint64_t count : study_.sizes().converge_vpls) {
+      const double expected = last_s * static_cast<double>(count) / std::max(1.0, last_count);
+      if (way.method == Method::instant_radiosity && expected > study_.request().budget_s) break;
+      const Json found = study_.measure_if_built(key(way.name, count), [&] { return measure(way, count); });
+      if (found.is_null()) break;
+      last_s = found["wall_s"];
+      last_count = static_cast<double>(count);
+      add(table, way.name, count, found);
+    }
+  }
+
+  void run_paths(Table& table) {
+    for (const int samples : study_.sizes().converge_paths) {
+      const auto count = static_cast<std::uint64_t>(samples);
+      const Json found = study_.measure(key("path", count), [&] { return measure_path(samples); });
+      add(table, "path tracer", count, found);
+    }
+  }
+
   [[nodiscard]] int side() const { return study_.sizes().converge_side; }
   [[nodiscard]] std::string key(const char* way, std::uint64_t n) const {
     return fmt::format("convergence/{}/{}/{}", room_.name(), way, n);

@@ -7,8 +7,9 @@
 
 namespace lightcuts::cuda {
 
-/// Who lights a tile: a warp, or for tiles with very many nodes the warps of a block, or those of several blocks. Each warp
-/// walks its own parts of the trees, and after each walk all get the same sums, and so come to the same decisions.
+/// Who lights a tile: a warp, or for tiles with very many nodes the warps of a block, or those of several blocks. The warps of a
+/// block walk together, each block of a crew has its own parts of the trees, and after each walk all get the same sums, and so
+/// come to the same decisions.
 enum class Crew { warp, block, blocks };
 
 /// What some warps of a crew found for a pixel.

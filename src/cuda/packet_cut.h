@@ -74,7 +74,7 @@ struct TileList {
   }
 };
 
-/// By visibility: none; shadow rays, of which those to a chosen node count as one test; shadow maps.
+/// CutJob::heavy_visits by visibility: none; shadow rays, of which those to a chosen node count as one test; shadow maps.
 inline constexpr std::uint32_t kHeavyVisits = 16384, kHeavyVisitsByRays = 8192, kHeavyVisitsByMaps = 4096;
 
 /// What cuts work on.
@@ -84,8 +84,8 @@ struct CutJob {
   float min_distance = 0;  ///< clamp of the VPL singularity [m]
   float error = 0.02f;     ///< bound on each node relative to the pixel's total
   std::uint32_t max_cut = 0;
-  /// Node tests of a warp after which a tile is left to a larger crew: where hardly any light arrives, cuts have very many
-  /// nodes.
+  /// Node tests of a warp, and looks where rays are traced, after which a tile is left to a larger crew; of a block, for each of
+  /// its warps. Where hardly any light arrives, cuts have very many nodes.
   std::uint32_t heavy_visits = kHeavyVisits;
   /// What hides lights for certain, and the box around the scene; none without shadows.
   const Occluder* occluders = nullptr;
@@ -100,7 +100,7 @@ struct CutJob {
 /// pixels go to a list, and when that is full each lane sums the list for its pixel. Thresholds come from an estimate of
 /// the pixels' totals by the trees' upper levels; pixels whose total then turns out too small for the largest bound walk
 /// again, so in the end the promise holds for each. Tiles that test very many nodes are left to a block each, and those that
-/// are too much for that to several blocks, whose warps share the trees' parts. Sums are in a fixed order.
+/// are too much for that to several blocks, which share out the trees' parts. Sums are in a fixed order.
 void cut_by_packets(Device& device, const TracedScene& traced, const PixelView& pixels, const CutJob& job,
                     bool shadow_rays, std::uint32_t first, std::uint32_t last, const SumView& sums,
                     const CutView& cuts);

@@ -250,6 +250,8 @@ class TileCut : TileLight<Visibility, crew> {
     if (tree.leaf_count == 0) return;
     if constexpr (!kTeamed) {
       walk<kind, counting>(limit);
+    } else if (job_.max_cut > 0) {  // the parts alone may be more than a largest cut
+      walk_together<kind, counting>(limit, warp_ == 0 && lane_ == 0 ? 0 : kNone);
     } else {
       const int blocks = this->crew_blocks(), own = static_cast<int>(threadIdx.x) * blocks + warp_ / kTeam;
       for (int first = 0; first < static_cast<int>(kTreeParts); first += kTeam * 32 * blocks) {

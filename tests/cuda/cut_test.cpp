@@ -162,8 +162,8 @@ TEST_F(Cuts, StayBelowTheLargestAllowed) {
   const Lights lights = test::mixed_lights(11, 4000, 10, 10);
   const LightTrees trees = build_light_trees(lights, 3, {}, {});
   const Receivers at(12, 20);
-  for (const bool own_cuts : {false, true}) {
-    const CutResult got = cut(lights, trees, at, 0.001f, 50, {own_cuts, 16384});
+  for (const Way& way : kWays) {
+    const CutResult got = cut(lights, trees, at, 0.001f, 50, way);
     for (std::size_t i = 0; i < got.size.size(); ++i) {
       EXPECT_LE(got.size[i], 50u);
       if (got.size[i] > 0 && max_component(at.albedo[i]) > 0 && got.light[i].x > 0) {

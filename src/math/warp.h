@@ -4,11 +4,12 @@
 
 namespace lightcuts {
 
+/// Of one angle.
 struct SinCos {
   float sin, cos;
 };
 
-/// Sine and cosine of an angle of at most pi / 4, to two units of rounding: Taylor's series.
+/// Sine and cosine of an angle from -pi / 4 to pi / 4 [rad], to two units of rounding: Taylor's series.
 ///
 /// Every processor rounds these operations alike, where libraries differ in the last bit: a photon that starts a bit to the
 /// side may hit another triangle.
@@ -18,7 +19,7 @@ LC_FN SinCos small_sin_cos(float x) {
           1 + z * (-0.5f + z * (1.0f / 24 + z * (-1.0f / 720 + z * (1.0f / 40320))))};
 }
 
-/// Sine and cosine of an angle in full circles.
+/// Sine and cosine of an angle in full circles, of any size; their error is that of the turn's own rounding and two units.
 LC_KERNEL SinCos sin_cos_of_turn(float turn) {
   const float quarter = std::floor(4 * turn + 0.5f);
   const SinCos rest = small_sin_cos(2 * kPi * (turn - 0.25f * quarter));

@@ -18,6 +18,19 @@ SampleStream random_stream(std::uint32_t index, std::uint64_t seed = 11) { retur
 
 double turn(double x, double y) { return std::atan2(y, x) / (2 * 3.14159265358979323846) + 0.5; }
 
+TEST(SinCos, AreThoseOfTheLibraryButForRounding) {
+  for (int i = -1000; i <= 1000; ++i) {
+    const float angle = static_cast<float>(i) / 1000 * (kPi / 4);
+    const SinCos small = small_sin_cos(angle);
+    EXPECT_NEAR(small.sin, std::sin(static_cast<double>(angle)), 1.2e-7);
+    EXPECT_NEAR(small.cos, std::cos(static_cast<double>(angle)), 1.2e-7);
+    const float turn = static_cast<float>(i) / 500;  // all quarters, backwards too
+    const SinCos any = sin_cos_of_turn(turn);
+    EXPECT_NEAR(any.sin, std::sin(2 * 3.14159265358979323846 * static_cast<double>(turn)), 3e-7) << turn;
+    EXPECT_NEAR(any.cos, std::cos(2 * 3.14159265358979323846 * static_cast<double>(turn)), 3e-7) << turn;
+  }
+}
+
 TEST(Warp, DiscIsUniform) {
   std::vector<std::uint64_t> counts(256);
   double mean_r_sq = 0;

@@ -84,7 +84,7 @@ class AdaptiveMaps {
 
   /// The points of one map.
   struct Chosen {
-    std::vector<float> columns[7];
+    std::vector<float> columns[8];
     std::vector<std::uint32_t> shape;
     std::vector<DiscShape> shapes{DiscShape{}, DiscShape{}};
     std::size_t count = 0;
@@ -96,8 +96,8 @@ class AdaptiveMaps {
       const SurfacePoints& from = points[fits];
       const PointArrays& a = from.arrays();
       const Vec3 p = from.position(i), n = from.normal(i);
-      const float row[7] = {p.x, p.y, p.z, n.x, n.y, n.z, a.sink[i]};
-      for (std::size_t c = 0; c < 7; ++c) columns[c].push_back(row[c]);
+      const float row[8] = {p.x, p.y, p.z, n.x, n.y, n.z, a.sink_in_front[i], a.sink_behind[i]};
+      for (std::size_t c = 0; c < 8; ++c) columns[c].push_back(row[c]);
       shape.push_back(static_cast<std::uint32_t>(shapes.size()));
       shapes.push_back(a.shapes[a.shape[i]]);
       shapes.back().radius = min_of(shapes.back().radius, radius);
@@ -140,8 +140,8 @@ class AdaptiveMaps {
     for (auto& column : chosen.columns) column.resize(chosen.count + 16);
     chosen.shape.resize(chosen.count + 16);
     const auto& c = chosen.columns;
-    const PointArrays arrays{c[0].data(), c[1].data(), c[2].data(),         c[3].data(),         c[4].data(),
-                             c[5].data(), c[6].data(), chosen.shape.data(), chosen.shapes.data()};
+    const PointArrays arrays{c[0].data(), c[1].data(), c[2].data(), c[3].data(),         c[4].data(),
+                             c[5].data(), c[6].data(), c[7].data(), chosen.shape.data(), chosen.shapes.data()};
     std::vector<float> room(nearness_floats(kSize) + 16, 0.0f);
     auto* nearness = room.data();
     while (reinterpret_cast<std::uintptr_t>(nearness) % 64 != 0) ++nearness;

@@ -18,7 +18,8 @@ struct MeshEdges {
 
 /// Finds the hard edges of a mesh, and across which edges its surface goes on.
 ///
-/// Bits 0 to 2: hard as seen from the front; bits 3 to 5: from the back; bit 6: an edge has no neighbour at all. An edge is hard where nothing continues the
+/// Bits 0 to 2: hard as seen from the front; bits 3 to 5: from the back; bit 6: an edge has no neighbour at
+/// all; bit 7: the triangle belongs to a closed body, whose inside lies behind it. An edge is hard where nothing continues the
 /// surface (an open edge), or where all that does bends away sharply. Across a smooth edge a disc goes on over the neighbour;
 /// across a hollow one it disappears behind it. Corners at the same place count as one, whatever their indices.
 MeshEdges hard_edges(const MeshView& mesh);

@@ -73,13 +73,13 @@ LC_KERNEL bool map_sees(const MapView& view, Vec3 local, float largest) {
 
 /// The disc of a point that the map sees.
 /// @param radius  of this disc [m]
-/// @param sink    how far it lies behind the surface, as seen from the light [m]
+/// @param sink    see pack_sink
 template <bool Paraboloid>
 LC_KERNEL ProjectedDisc project_disc(const MapView& view, Vec3 local, Vec3 normal, float radius, float sink, int size) {
   ProjectedDisc disc;
   disc.normal = to_local_vector(view.frame, normal);
   disc.plane = dot(local, disc.normal);
-  const float deeper = disc.plane < 0 ? -sink : sink;
+  const float deeper = disc.plane < 0 ? sink_in_front(sink) : sink_behind(sink);
   local = local + disc.normal * deeper;
   disc.plane = disc.plane + deeper;
   disc.local = local;

@@ -71,21 +71,13 @@ LC_FN Depth push_texel(Depth fine, Depth parent) {
   return fine == kNoDepth<Depth> ? parent : fine;
 }
 
-/// Smooth push: an empty texel whose parent holds a depth takes the mean of the four nearest coarse texels, weighted
-/// 9 : 3 : 3 : 1, of those that belong to the farthest surface among them.
+/// An empty texel whose parent holds a depth takes the farthest of the four nearest coarse texels, as far as they hold any.
+/// Holes gape where surfaces meet, in corners and beside edges: a mean would stand before both.
 template <class Depth>
-LC_FN Depth push_texel_smooth(Depth fine, Depth parent, Depth beside, Depth above, Depth diagonal,
-                              std::uint32_t threshold) {
+LC_FN Depth push_texel_farthest(Depth fine, Depth parent, Depth beside, Depth above, Depth diagonal) {
   if (fine != kNoDepth<Depth> || parent == kNoDepth<Depth>) return fine;
   const Depth depths[4] = {parent, beside, above, diagonal};
-  const std::uint32_t weights[4] = {9, 3, 3, 1}, farthest = farthest_depth(depths);
-  std::uint32_t sum = 0, weight = 0;
-  for (int i = 0; i < 4; ++i) {
-    if (depths[i] == kNoDepth<Depth> || depths[i] + threshold < farthest) continue;
-    sum += weights[i] * depths[i];
-    weight += weights[i];
-  }
-  return static_cast<Depth>((sum + weight / 2) / weight);
+  return static_cast<Depth>(farthest_depth(depths));
 }
 
 /// The coarse texel (x, y) of a level; `at(i, j)` reads the finer level and gives kNoDepth outside.
@@ -101,8 +93,8 @@ LC_FN Depth push_at(int x, int y, const FillRule& rule, const Coarse& at) {
   const int px = x / 2, py = y / 2;
   if (!rule.keeps_surfaces_apart) return at(px, py);
   const int beside_x = px + (x % 2 == 0 ? -1 : 1), beside_y = py + (y % 2 == 0 ? -1 : 1);
-  return push_texel_smooth<Depth>(kNoDepth<Depth>, at(px, py), at(beside_x, py), at(px, beside_y),
-                                  at(beside_x, beside_y), rule.threshold);
+  return push_texel_farthest<Depth>(kNoDepth<Depth>, at(px, py), at(beside_x, py), at(px, beside_y),
+                                    at(beside_x, beside_y));
 }
 
 }  // namespace lightcuts

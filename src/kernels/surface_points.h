@@ -146,8 +146,8 @@ struct MeshEdgesView {
   const std::uint32_t* next = nullptr;  ///< three neighbours a triangle
 };
 
-/// Bit of MeshEdges::hard: an edge has no neighbour at all.
-inline constexpr std::uint8_t kOpenEdge = 64;
+/// Bits of MeshEdges::hard: an edge has no neighbour at all; the triangle belongs to a closed body that it faces out of.
+inline constexpr std::uint8_t kOpenEdge = 64, kSolid = 128;
 
 /// Triangles that bend by less than 0.8 degrees are one flat face.
 inline constexpr float kFlatCosine = 0.9999f;
@@ -157,6 +157,8 @@ inline constexpr float kFlatCosine = 0.9999f;
 inline constexpr float kSteepest = 0.25f;
 /// The same for discs of triangles that are as wide as the disc: their neighbours have points enough of their own.
 inline constexpr float kSteepestFromWide = 0.05f;
+/// Where the surface rises above the disc's plane, this part of it: there the disc comes out of what is thin.
+inline constexpr float kRiseOfFall = 0.4f;
 /// What turns away from the disc by more than this cosine is another side of the body.
 inline constexpr float kSameSide = 0.6f;
 /// Triangles that a walk over the surface crosses at most: where they are finer, the disc is taken to be whole.
@@ -168,11 +170,16 @@ struct DiscFace {
   DiscShape shape;
   int edge_count = 0;
   float area = 0;
-  float sink = 0;     ///< how far the disc lies behind the surface [m]
+  float sink = 0;     ///< see pack_sink
   bool open = false;  ///< some edge has no neighbour
 };
 
 LC_KERNEL void add_edge(DiscFace& face, Vec3 inward, float offset) {
+  for (int e = 0; e < face.edge_count; ++e) {
+    if (dot(face.shape.inward[e], inward) < kFlatCosine) continue;
+    face.shape.offset[e] = max_of(face.shape.offset[e], offset);
+    return;
+  }
   if (face.edge_count == kDiscEdges) return;
   face.shape.inward[face.edge_count] = inward;
   face.shape.offset[face.edge_count++] = offset;
@@ -213,11 +220,19 @@ LC_KERNEL void add_hard_edges(const TriangleGeometry& g, std::uint32_t hard, con
 
 /// How far the surface goes on beyond an edge of a triangle near its plane.
 struct SurfaceReach {
-  float reach = 0, depth = 0;  ///< beyond the edge; how far the surface is below the plane there [m]
-  int steps = 0;               ///< triangles crossed
-  bool ends = false;           ///< before the disc's radius, and then where:
+  float reach = 0, height = 0;  ///< beyond the edge, and over the plane there [m]
+  float fall = 0, rise = 0;     ///< how far the surface goes below and above the plane on the way [m]
+  int steps = 0;                ///< triangles crossed
+  bool ends = false;            ///< before the disc's radius, and then where:
   Vec3 inward;
   float offset = 0;
+
+  LC_FN void go_to(float far, float high) {
+    reach = far;
+    height = high;
+    fall = max_of(fall, -high);
+    rise = max_of(rise, high);
+  }
 };
 
 LC_KERNEL float least_inside(const TriangleGeometry& own, Vec3 inward) {
@@ -239,24 +254,29 @@ LC_KERNEL void end_at(SurfaceReach& walk, const TriangleGeometry& own, const Edg
   walk.offset = offset;
 }
 
+/// The edge of `triangle` beyond which `neighbour` lies; 3 if there is none.
+LC_KERNEL int edge_towards(const MeshEdgesView& edges, std::uint32_t triangle, std::uint32_t neighbour) {
+  int edge = 0;
+  while (edge < 3 && edges.next[3 * std::size_t{triangle} + static_cast<std::size_t>(edge)] != neighbour) ++edge;
+  return edge;
+}
+
 /// Walks over the surface from the middle of a triangle's edge, straight away from it, as far as `radius`.
 LC_KERNEL SurfaceReach walk_from(const SceneView& scene, const MeshEdgesView& edges, std::uint32_t instance,
-                                 std::uint32_t triangle, std::uint32_t side, const TriangleGeometry& own, int edge,
-                                 float radius) {
+                                 std::uint32_t triangle, const TriangleGeometry& own, int edge, float radius) {
   const EdgeFrame start = edge_frame(own, edge);
   const float steepest = start.height > radius ? kSteepestFromWide : kSteepest;
   Vec3 a = start.start, b = edge == 0 ? own.p0 + own.e1 : edge == 1 ? own.p0 + own.e2 : own.p0;
   const Vec3 from = (a + b) * 0.5f, across = cross(own.front, start.inward);
   SurfaceReach walk;
   for (; walk.steps < kMostSteps && walk.reach < radius; ++walk.steps) {
-    if ((static_cast<std::uint32_t>(edges.hard[triangle]) >> side >> edge & 1u) != 0) {
+    if ((edges.hard[triangle] >> edge & 1u) != 0) {
       end_at(walk, own, start, a, b);
       return walk;
     }
     const std::uint32_t next = edges.next[3 * std::size_t{triangle} + static_cast<std::size_t>(edge)];
     if (next == kNone) return walk;  // hollow: the disc goes on behind what rises there
-    int back = 0;
-    while (back < 3 && edges.next[3 * std::size_t{next} + static_cast<std::size_t>(back)] != triangle) ++back;
+    const int back = edge_towards(edges, next, triangle);
     if (back == 3) return walk;
     const TriangleGeometry g = triangle_geometry(scene, instance, next);
     const float turned = dot(g.front, own.front);
@@ -273,26 +293,48 @@ LC_KERNEL SurfaceReach walk_from(const SceneView& scene, const MeshEdgesView& ed
     const Vec3 other = first ? corner[(back + 1) % 3] : corner[back];
     const float other_side = dot(other - from, across), width = far_side - other_side;
     const Vec3 at = far + (other - far) * (width != 0 ? clamp_to(far_side / width, 0.0f, 1.0f) : 0.0f);
-    const float reach = -dot(at - from, start.inward), fall = dot(at - from, own.front);
-    const float depth = fall < 0 ? -fall : fall;
-    const float most = steepest * (reach + start.height);
+    float reach = -dot(at - from, start.inward), height = dot(at - from, own.front);
+    // What is as wide as the disc and lies in another plane has points enough of its own.
+    if (reach - walk.reach > radius && turned < kFlatCosine && -turned < kFlatCosine) {
+      end_at(walk, own, start, a, b);
+      return walk;
+    }
+    const float last = walk.height;
+    if (reach > radius) {
+      const float share = (radius - walk.reach) / (reach - walk.reach);
+      height = last + share * (height - last);
+      reach = radius;
+    }
+    const float depth = height < 0 ? -height : height;
+    const float slope = height < 0 ? steepest : kRiseOfFall * steepest, most = slope * (reach + start.height);
     if (depth > most || !(reach >= walk.reach)) {
-      // Within this triangle the surface falls evenly.
-      const float before = steepest * (walk.reach + start.height) - walk.depth, after = depth - most;
-      const float share = before + after > 0 ? clamp_to(before / (before + after), 0.0f, 1.0f) : 0.0f;
       if (reach > walk.reach) {
-        walk.reach += share * (reach - walk.reach);
-        walk.depth += share * (depth - walk.depth);
+        // Within this triangle the surface falls evenly.
+        const float before = slope * (walk.reach + start.height) - (last < 0 ? -last : last), after = depth - most;
+        const float share = before + after > 0 ? clamp_to(before / (before + after), 0.0f, 1.0f) : 0.0f;
+        walk.go_to(walk.reach + share * (reach - walk.reach), last + share * (height - last));
       }
       end_at(walk, own, start, a, a);
       return walk;
     }
-    walk.reach = reach;
-    walk.depth = max_of(walk.depth, depth);
+    walk.go_to(reach, height);
     a = first ? other : far;
     b = first ? far : other;
   }
   return walk;
+}
+
+LC_KERNEL bool is_longest(const TriangleGeometry& g, int edge) {
+  const float sides[3] = {length_sq(g.e1), length_sq(g.e2 - g.e1), length_sq(g.e2)};
+  const float slack = 1.01f * sides[edge];
+  return sides[0] <= slack && sides[1] <= slack && sides[2] <= slack;
+}
+
+/// Whether beyond the longest edge of `triangle` lies `neighbour`.
+LC_KERNEL bool is_half_of_quad(const MeshEdgesView& edges, const TriangleGeometry& g, std::uint32_t triangle,
+                               std::uint32_t neighbour) {
+  const int edge = edge_towards(edges, triangle, neighbour);
+  return edge < 3 && is_longest(g, edge);
 }
 
 /// Bounds the disc by what its surface does: it is cut where that ends or turns away, and sunk into the body so far that
@@ -300,24 +342,23 @@ LC_KERNEL SurfaceReach walk_from(const SceneView& scene, const MeshEdgesView& ed
 LC_KERNEL DiscFace disc_face(const SceneView& scene, const MeshEdgesView& edges, std::uint32_t instance,
                              std::uint32_t triangle, float radius) {
   const TriangleGeometry own = triangle_geometry(scene, instance, triangle);
-  const std::uint32_t side = determinant(scene.instances[instance].world_from_object) < 0 ? 3 : 0;
   DiscFace face;
   face.shape.radius = radius;
   face.area = own.area;
   face.open = (edges.hard[triangle] & kOpenEdge) != 0;
   if (!(own.area > 0)) return face;
-  float farthest = 0;
+  float farthest = 0, fall = 0, rise = 0;
   const auto look_beyond = [&](const TriangleGeometry& g, std::uint32_t of, int edge) {
-    const std::uint32_t hard = static_cast<std::uint32_t>(edges.hard[of]) >> side;
-    const SurfaceReach walk = walk_from(scene, edges, instance, of, side, g, edge, radius);
+    const SurfaceReach walk = walk_from(scene, edges, instance, of, g, edge, radius);
     farthest = max_of(farthest, walk.ends ? walk.reach + edge_frame(g, edge).height : radius);
-    face.sink = max_of(face.sink, walk.depth);
-    const bool cuts = walk.ends && (hard >> edge & 1u) == 0;
+    fall = max_of(fall, walk.fall);
+    rise = max_of(rise, walk.rise);
+    const bool cuts = walk.ends && (edges.hard[of] >> edge & 1u) == 0;
     if (cuts && !(least_inside(own, walk.inward) < walk.offset - 1e-3f * radius)) {
       add_edge(face, walk.inward, walk.offset);
     }
   };
-  add_hard_edges(own, static_cast<std::uint32_t>(edges.hard[triangle]) >> side, own, face);
+  add_hard_edges(own, edges.hard[triangle], own, face);
   for (int e = 0; e < 3; ++e) {
     const std::uint32_t next = edges.next[3 * std::size_t{triangle} + static_cast<std::size_t>(e)];
     const TriangleGeometry g = next == kNone ? own : triangle_geometry(scene, instance, next);
@@ -325,19 +366,23 @@ LC_KERNEL DiscFace disc_face(const SceneView& scene, const MeshEdgesView& edges,
     const bool flat = next != kNone && (turned > kFlatCosine || -turned > kFlatCosine);
     if (flat) {
       face.area += g.area;
-      add_hard_edges(g, static_cast<std::uint32_t>(edges.hard[next]) >> side, own, face);
+      add_hard_edges(g, edges.hard[next], own, face);
     }
-    if (!flat || 2 * g.area < radius * length(edge_frame(own, e).along)) {
+    const float along = length(edge_frame(own, e).along);
+    const bool wide = 2 * g.area >= radius * along;
+    if (!flat || !(wide || (is_longest(own, e) && is_half_of_quad(edges, g, next, triangle)))) {
       look_beyond(own, triangle, e);
       continue;
     }
     // The face is a quadrangle or more: what it ends at is beyond the neighbour's edges.
-    farthest = radius;
+    if (wide) farthest = radius;
     for (int other = 0; other < 3; ++other) {
       if (edges.next[3 * std::size_t{next} + static_cast<std::size_t>(other)] != triangle) look_beyond(g, next, other);
     }
   }
   face.shape.radius = min_of(radius, farthest);
+  // Into a body, from wherever the light comes; of a sheet, away from the light.
+  face.sink = pack_sink(-fall, (edges.hard[triangle] & kSolid) != 0 ? -fall : rise);
   return face;
 }
 

@@ -23,8 +23,8 @@ std::vector<std::uint32_t> draw_by_texels(const SurfacePoints& points, const Map
     const DiscShape& shape = arrays.shapes[arrays.shape[i]];
     const Vec3 local = to_local_point(view, points.position(i));
     if (!map_sees<Paraboloid>(view, local, arrays.shapes[0].radius)) continue;
-    const ProjectedDisc disc =
-        project_disc<Paraboloid>(view, local, points.normal(i), shape.radius, arrays.sink[i], size);
+    const ProjectedDisc disc = project_disc<Paraboloid>(
+        view, local, points.normal(i), shape.radius, pack_sink(arrays.sink_in_front[i], arrays.sink_behind[i]), size);
     const LocalEdges edges = to_local(shape, view);
     for (int y = disc.rows.lo; y <= disc.rows.hi; ++y) {
       for (int x = disc.columns.lo; x <= disc.columns.hi; ++x) {

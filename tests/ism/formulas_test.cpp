@@ -98,15 +98,16 @@ struct Canvas {
 
 /// Points on some planes, with room behind them.
 struct TestPoints {
-  std::vector<float> values[7];
+  std::vector<float> values[8];
   std::vector<std::uint32_t> shape;
   std::vector<DiscShape> shapes;
   std::size_t count = 0;
 
   explicit TestPoints(float radius) : shapes(2) { shapes[0].radius = shapes[1].radius = radius; }
+  /// @param sink  away from the light, on either side [m]
   void add(Vec3 p, Vec3 n, std::uint32_t which = 0, float sink = 0) {
-    const float row[7] = {p.x, p.y, p.z, n.x, n.y, n.z, sink};
-    for (std::size_t c = 0; c < 7; ++c) values[c].push_back(row[c]);
+    const float row[8] = {p.x, p.y, p.z, n.x, n.y, n.z, -sink, sink};
+    for (std::size_t c = 0; c < 8; ++c) values[c].push_back(row[c]);
     shape.push_back(which);
     ++count;
   }
@@ -114,7 +115,7 @@ struct TestPoints {
     for (auto& v : values) v.resize(count + 16);
     shape.resize(count + 16);
     return {values[0].data(), values[1].data(), values[2].data(), values[3].data(), values[4].data(),
-            values[5].data(), values[6].data(), shape.data(),     shapes.data()};
+            values[5].data(), values[6].data(), values[7].data(), shape.data(),     shapes.data()};
   }
 };
 

@@ -16,22 +16,18 @@ inline std::optional<std::uint64_t> depth_at(const Depths& d, int x, int y) {
   return d[static_cast<std::size_t>(y)][static_cast<std::size_t>(x)];
 }
 
-struct Weighted {
-  std::optional<std::uint64_t> depth;
-  std::uint64_t weight;
-};
-
-/// Weighted mean, halves rounded up, of the depths that are at most `threshold` nearer than the farthest.
-inline std::optional<std::uint64_t> mean_of(const std::vector<Weighted>& all, std::uint64_t threshold) {
-  std::uint64_t farthest = 0, sum = 0, weight = 0;
-  for (const Weighted& w : all) farthest = std::max(farthest, w.depth.value_or(0));
-  for (const Weighted& w : all) {
-    if (!w.depth || *w.depth + threshold < farthest) continue;
-    sum += *w.depth * w.weight;
-    weight += w.weight;
+/// Mean, halves rounded up, of the depths that are at most `threshold` nearer than the farthest.
+inline std::optional<std::uint64_t> mean_of(const std::vector<std::optional<std::uint64_t>>& all,
+                                            std::uint64_t threshold) {
+  std::uint64_t farthest = 0, sum = 0, count = 0;
+  for (const auto& depth : all) farthest = std::max(farthest, depth.value_or(0));
+  for (const auto& depth : all) {
+    if (!depth || *depth + threshold < farthest) continue;
+    sum += *depth;
+    ++count;
   }
-  if (weight == 0) return std::nullopt;
-  return (2 * sum + weight) / (2 * weight);
+  if (count == 0) return std::nullopt;
+  return (2 * sum + count) / (2 * count);
 }
 
 /// Fills holes by definition, level by level. `edges`: the variant that keeps surfaces apart.
@@ -43,11 +39,11 @@ inline Depths pull_push(Depths fine, int levels, bool edges, std::uint64_t thres
                 std::vector<std::optional<std::uint64_t>>(static_cast<std::size_t>(half)));
   for (int y = 0; y < half; ++y) {
     for (int x = 0; x < half; ++x) {
-      std::vector<Weighted> four;
+      std::vector<std::optional<std::uint64_t>> four;
       int present = 0;
       for (int k = 0; k < 4; ++k) {
-        four.push_back({depth_at(fine, 2 * x + k % 2, 2 * y + k / 2), 1});
-        present += four.back().depth ? 1 : 0;
+        four.push_back(depth_at(fine, 2 * x + k % 2, 2 * y + k / 2));
+        present += four.back() ? 1 : 0;
       }
       if (present < (edges ? 3 : 1)) continue;
       coarse[static_cast<std::size_t>(y)][static_cast<std::size_t>(x)] =
@@ -61,12 +57,10 @@ inline Depths pull_push(Depths fine, int levels, bool edges, std::uint64_t thres
       const std::optional<std::uint64_t> parent = depth_at(coarse, x / 2, y / 2);
       if (texel || !parent) continue;
       const int bx = x / 2 + (x % 2 == 1 ? 1 : -1), by = y / 2 + (y % 2 == 1 ? 1 : -1);
-      texel = edges ? mean_of({{parent, 9},
-                               {depth_at(coarse, bx, y / 2), 3},
-                               {depth_at(coarse, x / 2, by), 3},
-                               {depth_at(coarse, bx, by), 1}},
-                              threshold)
-                    : parent;
+      texel = parent;
+      for (const auto& near : {depth_at(coarse, bx, y / 2), depth_at(coarse, x / 2, by), depth_at(coarse, bx, by)}) {
+        if (edges && near) texel = std::max(*texel, *near);
+      }
     }
   }
   return fine;

@@ -30,7 +30,7 @@ struct FillScratch {
 /// Texels that hold a depth keep it. A side that is odd is rounded up: texels beyond the border are empty.
 /// @param map   size * size codes, row by row
 /// @param fill  HoleFill::mean: the study's mean of valid texels and push of the parent's value;
-///              HoleFill::edges: only texels of the nearest surface are averaged, the push is smooth
+///              HoleFill::edges: only texels of the farthest surface are averaged, and holes take the farthest mean near them
 template <class Depth>
 void fill_holes(Depth* map, int size, int levels, HoleFill fill, FillScratch<Depth>& scratch);
 

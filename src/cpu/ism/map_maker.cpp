@@ -105,12 +105,14 @@ void MapMaker::draw(LightKind kind, std::uint32_t light, const MapView& view, Sc
   const double share = static_cast<double>(wanted) / static_cast<double>(all);
   std::size_t count = 0;
   const std::size_t stride = all + kPadding;
-  work.chosen.resize(7 * stride);
+  work.chosen.resize(8 * stride);
   work.shapes.resize(stride);
-  const float* from[7] = {arrays.x, arrays.y, arrays.z, arrays.normal_x, arrays.normal_y, arrays.normal_z, arrays.sink};
+  const float* from[8] = {
+      arrays.x,          arrays.y, arrays.z, arrays.normal_x, arrays.normal_y, arrays.normal_z, arrays.sink_in_front,
+      arrays.sink_behind};
   for (std::size_t i = 0; i < all; ++i) {
     if (!noise_chooses(static_cast<std::uint32_t>(i), stream, share)) continue;
-    for (std::size_t c = 0; c < 7; ++c) work.chosen[c * stride + count] = from[c][i];
+    for (std::size_t c = 0; c < 8; ++c) work.chosen[c * stride + count] = from[c][i];
     work.shapes[count++] = arrays.shape[i];
   }
   const float* c = work.chosen.data();
@@ -121,6 +123,7 @@ void MapMaker::draw(LightKind kind, std::uint32_t light, const MapView& view, Sc
                            c + 4 * stride,
                            c + 5 * stride,
                            c + 6 * stride,
+                           c + 7 * stride,
                            work.shapes.data(),
                            arrays.shapes};
   kernels_.draw(chosen, 0, count, view, options_.size, work.nearness.get());

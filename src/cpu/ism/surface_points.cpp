@@ -176,7 +176,7 @@ std::size_t SurfacePoints::count_for(const PointOptions& options) { return surfa
 
 std::uint64_t SurfacePoints::bytes_for(const PointOptions& options) {
   // Drawn once, then laid out; at worst every point has a shape of its own.
-  return count_for(options) * (sizeof(DrawnPoint) + sizeof(FoundShape) + 8 * sizeof(float) + sizeof(DiscShape) + 32);
+  return count_for(options) * (sizeof(DrawnPoint) + sizeof(FoundShape) + 9 * sizeof(float) + sizeof(DiscShape) + 32);
 }
 
 SurfacePoints::SurfacePoints(const SceneView& scene, const PointOptions& options)
@@ -188,18 +188,19 @@ SurfacePoints::SurfacePoints(const SceneView& scene, const PointOptions& options
   Shapes shapes(radius, options.overlap, shapes_);
 
   const std::size_t stride = count_ + kPadding;
-  values_.assign(7 * stride, 0.0f);
+  values_.assign(8 * stride, 0.0f);
   shape_.assign(stride, 0u);
-  float* columns[7];
-  for (std::size_t c = 0; c < 7; ++c) columns[c] = values_.data() + c * stride;
+  float* columns[8];
+  for (std::size_t c = 0; c < 8; ++c) columns[c] = values_.data() + c * stride;
   for (std::size_t i = 0; i < count_; ++i) {
     const Vec3 p = points[i].position, n = points[i].normal;
-    const float row[7] = {p.x, p.y, p.z, n.x, n.y, n.z, found[i].face.sink};
-    for (std::size_t c = 0; c < 7; ++c) columns[c][i] = row[c];
+    const float sink = found[i].face.sink;
+    const float row[8] = {p.x, p.y, p.z, n.x, n.y, n.z, sink_in_front(sink), sink_behind(sink)};
+    for (std::size_t c = 0; c < 8; ++c) columns[c][i] = row[c];
     shape_[i] = shapes.of(points[i], found[i]);
   }
-  arrays_ = {columns[0], columns[1], columns[2],    columns[3],    columns[4],
-             columns[5], columns[6], shape_.data(), shapes_.data()};
+  arrays_ = {columns[0], columns[1], columns[2], columns[3],    columns[4],
+             columns[5], columns[6], columns[7], shape_.data(), shapes_.data()};
 }
 
 }  // namespace lightcuts

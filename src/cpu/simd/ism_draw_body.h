@@ -82,7 +82,8 @@ LC_LANES_FN std::uint32_t project(const PointArrays& points, std::size_t first, 
   const LanesVec3 normal =
       to_local_vector(view.frame, load_unaligned(points.normal_x, points.normal_y, points.normal_z, first));
   Lanes plane = dot(local, normal);
-  const Lanes sink = load_unaligned(points.sink + first), deeper = select(plane < Lanes(0.0f), -sink, sink);
+  const Lanes deeper = select(plane < Lanes(0.0f), load_unaligned(points.sink_in_front + first),
+                              load_unaligned(points.sink_behind + first));
   local = local + normal * deeper;
   plane = plane + deeper;
   distance_sq = dot(local, local);

@@ -14,7 +14,7 @@ namespace lightcuts {
 struct PointArrays {
   const float *x, *y, *z;                       ///< [m]
   const float *normal_x, *normal_y, *normal_z;  ///< unit, either side
-  const float* sink;                            ///< how far the disc lies behind the surface [m]
+  const float *sink_in_front, *sink_behind;     ///< see pack_sink [m]
   const std::uint32_t* shape;                   ///< which entry of `shapes` a point has
   const DiscShape* shapes;
 };

@@ -6,10 +6,10 @@
 #include <cstdio>
 #include <vector>
 
-#include "bench_scene.h"
 #include "cpu/ism/fill_holes.h"
 #include "cpu/simd/isa.h"
 #include "kernels/draw_map.h"
+#include "measurements.h"
 #include "oracle/shadow_map_agreement.h"
 #include "oracle/tally.h"
 #include "pictures.h"
@@ -213,6 +213,13 @@ Quality measure(const BenchScene& bench, const AdaptiveMaps& maps, const Spendin
 }
 
 }  // namespace
+
+void print_adaptive_heading() {
+  fmt::print(
+      "| scene | points | spent | used | holes % | agreement % | balanced % | wrongly lit % | wrongly dark % | relmse "
+      "/ "
+      "FLIP |\n|---|---|---|---|---|---|---|---|---|---|\n");
+}
 
 void compare_adaptive_points(const BenchScene& bench, std::uint32_t points) {
   const oracle::LookupRule as_built{"as built", oracle::TapWeights::linear, kBiasTexels, kBesideBiasTexels};

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <cstring>
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <utility>
@@ -24,9 +24,8 @@ struct BenchScene {
   LightSet lights;
 
   /// `which`: a name of a built-in scene, or a file.
-  explicit BenchScene(const char* which, std::uint64_t vpls = 2000)
-      : BenchScene(which, std::strchr(which, '.') != nullptr ? load_scene(which).scene : make_builtin_scene(which),
-                   vpls) {}
+  BenchScene(const std::string& which, std::uint64_t vpls)
+      : BenchScene(title_of(which), is_file(which) ? load_scene(which).scene : make_builtin_scene(which), vpls) {}
   BenchScene(std::string title, Scene s, std::uint64_t vpls) : name(std::move(title)), scene(std::move(s)) {
     if (!emits_light(scene)) scene.environment = Environment{};
     validate(scene);
@@ -37,16 +36,13 @@ struct BenchScene {
     all_lights = trace_vpls(*cpu_scene, *tracer, options);
     lights = make_light_set(all_lights);
   }
-};
 
-/// Tables of what lookups give by other rules than lookup_visibility's: of random pairs, of lit surfaces and beside edges
-/// where things touch.
-void compare_lookup_rules(const BenchScene& bench, int size);
-/// relmse and FLIP of a picture by each rule against rays.
-void compare_pictures_by_rules(const BenchScene& bench, int size);
-/// Points spent evenly against more of them where the light sees more: holes, agreement and pictures by the maps.
-void compare_adaptive_points(const BenchScene& bench, std::uint32_t points);
-/// How much light arrives close to where a box stands on a floor.
-void contact_shadows(int size);
+ private:
+  static bool is_file(const std::string& which) { return which.find('.') != std::string::npos; }
+  /// Scenes often lie in a folder of their name.
+  static std::string title_of(const std::string& which) {
+    return is_file(which) ? std::filesystem::path(which).parent_path().filename().string() : which;
+  }
+};
 
 }  // namespace lightcuts

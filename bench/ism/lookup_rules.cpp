@@ -6,8 +6,8 @@
 #include <array>
 #include <vector>
 
-#include "bench_scene.h"
 #include "cpu/simd/isa.h"
+#include "measurements.h"
 #include "oracle/contact_shadows.h"
 #include "oracle/lit_surfaces.h"
 #include "oracle/lookup_rules.h"
@@ -101,6 +101,12 @@ CodesVisibility by_rule(const oracle::LookupRule& rule, const ShadowMapSet& maps
 
 }  // namespace
 
+void print_rules_heading() {
+  fmt::print(
+      "| scene | texels | rule | lit % | agreement % | balanced % | wrongly lit % | wrongly dark % "
+      "|\n|---|---|---|---|---|---|---|---|\n");
+}
+
 void compare_lookup_rules(const BenchScene& bench, int size) {
   constexpr std::size_t step = 20;
   const SurfacePoints points(bench.cpu_scene->view(), {8000});
@@ -126,7 +132,7 @@ void compare_lookup_rules(const BenchScene& bench, int size) {
         }
       }
       if (clear >= 40 || !visible || !faces(vpl, target, p, 0.05f) ||
-          oracle::at_shadow_edge(*bench.tracer, depths.view(), size, p.position, p.normal, true)) {
+          oracle::around(*bench.tracer, depths.view(), size, p.position, p.normal) == oracle::Around::shadow) {
         continue;
       }
       ++clear;
@@ -148,6 +154,10 @@ void compare_lookup_rules(const BenchScene& bench, int size) {
   std::fflush(stdout);
 }
 
+void print_rule_pictures_heading() {
+  fmt::print("| scene | texels | rule | relmse / FLIP | signed error |\n|---|---|---|---|---|\n");
+}
+
 void compare_pictures_by_rules(const BenchScene& bench, int size) {
   const Pictures pictures(bench);
   const SurfacePoints points(bench.cpu_scene->view(), {8000});
@@ -163,7 +173,13 @@ void compare_pictures_by_rules(const BenchScene& bench, int size) {
   }
 }
 
-void contact_shadows(int size) {
+void print_contact_heading() {
+  fmt::print(
+      "| texels | rule | floor, 1 cm: leaked / kept % | 2 cm | 5 cm | 10 cm | box, 1 cm: kept % | 2 cm | 5 cm | 10 cm "
+      "|\n|---|---|---|---|---|---|---|---|---|---|\n");
+}
+
+void measure_contact_shadows(int size) {
   constexpr std::size_t step = 10;
   const BenchScene bench("a box on a floor", oracle::box_on_floor(), 2000);
   const SurfacePoints points(bench.cpu_scene->view(), {8000});

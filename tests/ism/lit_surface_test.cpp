@@ -20,10 +20,14 @@ TEST_P(LitSurfaceTest, IsFreeOfAcneAtAllMapSizes) {
     options.size = size;
     const Maps maps(s, 8000, options, every_light(s.light_set, 0, step));
     const oracle::LitSurfaces found =
-        oracle::measure_lit_surfaces(maps.set, s.light_set, s.cpu_scene, s.tracer, step, 60, true);
-    EXPECT_GT(found.asked, 200);
-    // Lookups lose a little even with exact depths, of what is curved or close to other things.
-    EXPECT_GE(found.lit_share(), std::min(0.99, found.exact_share() - 0.02)) << size << " texels";
+        oracle::measure_lit_surfaces(maps.set, s.light_set, s.cpu_scene, s.tracer, step, 60);
+    // Of an interior's slender things the discs of 8000 points stand out by a little.
+    EXPECT_GE(found.clear.lit_share(), 0.994) << size << " texels";
+    EXPECT_GE(found.clear.exact_share(), 0.9975) << size << " texels";
+    // In corners a lookup falls on the next surface, with exact depths too.
+    EXPECT_GE(found.corners.lit_share(), found.corners.exact_share() - 0.03) << size << " texels";
+    EXPECT_GE(found.corners.exact_share(), 0.91) << size << " texels";
+    EXPECT_GT(found.clear.asked + found.corners.asked, 500);
   }
 }
 

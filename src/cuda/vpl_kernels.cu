@@ -116,6 +116,48 @@ struct CountVpls {
   }
 };
 
+/// VPLs in the order in which threads happened to leave them, with what their place will be.
+struct Shelf {
+  struct Owner {
+    std::uint32_t path, number;  ///< the path's how many-th
+  };
+  Vpl* vpls = nullptr;
+  Owner* owners = nullptr;
+  std::uint32_t* used = nullptr;  ///< places asked for, more than there are where they do not suffice
+  std::uint32_t capacity = 0;
+};
+
+/// Counts, and leaves the VPLs on the shelf: so paths need not be traced once more to be written in order.
+struct ShelveVpls {
+  LightPaths paths;
+  std::uint32_t* counts;
+  Shelf shelf;
+  __device__ void operator()(std::uint32_t i) const {
+    std::uint32_t count = 0;
+    paths(i, [&](const Vpl& vpl) {
+      const std::uint32_t place = atomicAdd(shelf.used, 1u);
+      if (place < shelf.capacity) {
+        shelf.vpls[place] = vpl;
+        shelf.owners[place] = {i, count};
+      }
+      ++count;
+    });
+    counts[i] = count;
+  }
+};
+
+/// Brings the shelf's VPLs into the order of paths.
+struct OrderVpls {
+  Shelf shelf;
+  const std::uint32_t* places;  ///< of each path's first
+  Vpl* out;
+  __device__ void operator()(std::uint32_t i) const {
+    const Shelf::Owner owner = shelf.owners[i];
+    out[places[owner.path] + owner.number] = shelf.vpls[i];
+  }
+};
+
+/// Where the shelf was too small, or there was no room for one.
 struct WriteVpls {
   LightPaths paths;
   const std::uint32_t* places;
@@ -162,7 +204,7 @@ class VplTracing {
     lights_.path_count = paths_for(wanted, fly_pilot(wanted));
     LightPaths paths = light_paths(options_.seed);
     paths.flux_scale = static_cast<float>(1.0 / static_cast<double>(lights_.path_count));
-    auto [made, count] = trace(paths, static_cast<std::uint32_t>(lights_.path_count));
+    auto [made, count] = trace(paths, static_cast<std::uint32_t>(lights_.path_count), wanted);
     if (needs_thinning(count, wanted)) {
       DeviceBuffer<Vpl> kept(device_, wanted + 1);
       const double step = static_cast<double>(wanted) / count;
@@ -190,7 +232,7 @@ class VplTracing {
     paths.area_scale = scale(shares_.area);
     paths.punctual_scale = scale(shares_.punctual);
     paths.sky_scale = scale(shares_.sky);
-    auto [made, count] = trace(paths, static_cast<std::uint32_t>(lights_.path_count));
+    auto [made, count] = trace(paths, static_cast<std::uint32_t>(lights_.path_count), 4 * lights_.path_count);
     return finish(std::move(made), count);
   }
 
@@ -253,12 +295,28 @@ class VplTracing {
     return make_pilot(paths, sum, sum_sq);
   }
 
-  std::pair<DeviceBuffer<Vpl>, std::uint32_t> trace(const LightPaths& paths, std::uint32_t path_count) {
-    DeviceBuffer<std::uint32_t> counts(device_, path_count), places(device_, path_count);
-    executor_.for_each(path_count, CountVpls{paths, counts.data()});
+  /// @param expected  VPLs, about
+  std::pair<DeviceBuffer<Vpl>, std::uint32_t> trace(const LightPaths& paths, std::uint32_t path_count,
+                                                    std::uint64_t expected) {
+    DeviceBuffer<std::uint32_t> counts(device_, path_count), places(device_, path_count), used(device_, 1);
+    DeviceBuffer<Vpl> shelved;
+    DeviceBuffer<Shelf::Owner> owners;
+    used.fill_bytes(0);
+    const std::uint64_t capacity = expected + expected / 8 + 1024;
+    constexpr std::uint64_t each = 2 * sizeof(Vpl) + sizeof(Shelf::Owner);  // ordered, too
+    if (capacity < 1u << 31 && device_.used() + 2 * capacity * each < device_.limit()) {
+      shelved = DeviceBuffer<Vpl>(device_, capacity);
+      owners = DeviceBuffer<Shelf::Owner>(device_, capacity);
+    }
+    const Shelf shelf{shelved.data(), owners.data(), used.data(), static_cast<std::uint32_t>(shelved.size())};
+    executor_.for_each(path_count, ShelveVpls{paths, counts.data(), shelf});
     const std::uint32_t total = executor_.exclusive_scan(counts.data(), places.data(), path_count);
     DeviceBuffer<Vpl> made(device_, total);
-    executor_.for_each(path_count, WriteVpls{paths, places.data(), made.data()});
+    if (total <= shelf.capacity) {
+      executor_.for_each(total, OrderVpls{shelf, places.data(), made.data()});
+    } else {
+      executor_.for_each(path_count, WriteVpls{paths, places.data(), made.data()});
+    }
     return {std::move(made), total};
   }
 

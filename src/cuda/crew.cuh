@@ -7,10 +7,10 @@
 
 namespace lightcuts::cuda {
 
-/// Who lights a tile: a warp, or for tiles with very many nodes the warps of a block, or those of several blocks. The warps of a
-/// block walk together, each block of a crew has its own parts of the trees, and after each walk all get the same sums, and so
-/// come to the same decisions.
-enum class Crew { warp, block, blocks };
+/// Who lights a tile: a warp, or for tiles with very many nodes the warps of several blocks. The warps of a block walk together,
+/// each block of a crew has its own parts of the trees, and after each walk all get the same sums, and so come to the same
+/// decisions.
+enum class Crew { warp, blocks };
 
 /// What some warps of a crew found for a pixel.
 struct CrewPart {

@@ -407,7 +407,7 @@ bool CudaBackend::light_by_cuts(Shading& s) {
   CutJob job{device_trees_.view(), light_arrays(), s.min_distance, error, s.options.max_cut};
   if (s.options.visibility != Visibility::none) {
     const Loaded& scene = loaded();
-    job.heavy_visits = rays ? kHeavyVisitsByRays : kHeavyVisitsByMaps;
+    job.heavy_work = rays ? kHeavyWorkByRays : kHeavyWorkByMaps;
     job.occluders = scene.occluders.data();
     job.occluder_count = scene.occluder_count;
     job.scene_bounds = scene.arrays.view().bounds;

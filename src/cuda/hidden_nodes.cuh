@@ -9,10 +9,8 @@ namespace lightcuts::cuda {
 /// The umbras of the occluders that cover most of a group's sky, in the memory that a warp or block shares: what lies in one of
 /// them gives nothing and needs no look. Of umbras that hide no sample of the lights that others do not hide
 /// there are none, for every node is tested against each; as on the CPU.
-template <bool wanted>
+template <int kMost>
 struct Umbras {
-  static constexpr int kMost = 32;
-
   Umbra umbra[kMost];
   int count;
 
@@ -24,24 +22,28 @@ struct Umbras {
     const bool far_lights = job.trees.kind[directional_kind].leaf_count > 0;
     const OccluderView view =
         occluder_view(job.occluders, job.occluder_count, extend(job.scene_bounds, extend(receivers, lights)));
-    const Vec3 middle = center(receivers);
-    float weights[kEach];
-    for (int k = 0; k < kEach; ++k) {
+    // Weights first, and umbras of which it is not known yet whether they are wanted, lie where the umbras will.
+    auto* const weights = reinterpret_cast<float*>(umbra);
+    const auto rounds = static_cast<int>((view.count + 31) / 32);
+    for (int k = 0; k < rounds; ++k) {
       const auto i = static_cast<std::uint32_t>(32 * k + lane);
       const bool counts = i < view.count && (far_lights || is_between(view.occluders[i], receivers, lights, view.gap));
-      weights[k] = counts ? occluder_weight(view.occluders[i], middle) : 0.0f;
+      weights[i] = counts ? occluder_weight(view.occluders[i], center(receivers)) : 0.0f;
     }
-    const std::uint32_t own_occluder = one_of_the_heaviest(weights, lane);
+    const std::uint32_t own_occluder = one_of_the_heaviest(weights, rounds, lane);
     Umbra own;
     const bool found = own_occluder != kNone &&
                        find_umbra(view.occluders[own_occluder], receivers, view.rounding, view.gap, own) &&
                        (far_lights || touches_box(own, lights));
-    const unsigned long long hides = found ? hidden_samples(job, own) : 0;
+    __syncwarp();
+    if (found) umbra[lane] = own;
+    const Samples samples(job, lane);
+    __syncwarp();
     unsigned long long hidden = 0;
     unsigned keeps = 0;
     for (unsigned left = __ballot_sync(kAllLanes, found); left != 0; left &= left - 1) {
       const int of = __ffs(static_cast<int>(left)) - 1;
-      const unsigned long long there = __shfl_sync(kAllLanes, hides, of);
+      const unsigned long long there = samples.inside(umbra[of]);
       if (!far_lights && (there & ~hidden) == 0) continue;
       hidden |= there;
       keeps |= 1u << of;
@@ -61,50 +63,70 @@ struct Umbras {
   }
 
  private:
-  static constexpr int kEach = kMostOccluders / 32;
+  static_assert(sizeof umbra >= kMostOccluders * sizeof(float));
 
   __device__ static bool is_inside(const Umbra& umbra, Vec3 at) {
-    bool inside = true;
-    for (const HalfSpace& h : umbra.behind) inside = inside && dot(h.normal, at) + h.offset > 0;
-    return inside;
+    float least = kInfinity;
+    for (const HalfSpace& h : umbra.behind) least = fminf(least, dot(h.normal, at) + h.offset);
+    return least > 0;
   }
 
-  /// Which of 64 lights of the trees' upper levels lie in an umbra.
-  __device__ static unsigned long long hidden_samples(const CutJob& job, const Umbra& umbra) {
-    constexpr std::uint32_t samples = 64;
-    const TreeView& vpls = job.trees.kind[vpl_kind];
-    const TreeView& points = job.trees.kind[point_kind];
-    const std::uint32_t all = vpls.frontier_count + points.frontier_count;
-    unsigned long long hidden = 0;
-    for (std::uint32_t k = 0; k < min_of(samples, all); ++k) {
-      const std::uint32_t i = all <= samples ? k : k * all / samples;
-      const Vec3 at =
-          i < vpls.frontier_count ? vpls.frontier[i].position : points.frontier[i - vpls.frontier_count].position;
-      hidden |= is_inside(umbra, at) ? 1ull << k : 0ull;
-    }
-    return hidden;
-  }
-
-  /// Lane k's is the occluder of the k-th largest weight of all lanes', kNone where that is 0; takes the weights away.
-  __device__ static std::uint32_t one_of_the_heaviest(float (&weights)[kEach], int lane) {
-    std::uint32_t own = kNone;
-    for (int k = 0; k < kMost; ++k) {
-      float most = weights[0];
-      for (int i = 1; i < kEach; ++i) most = fmaxf(most, weights[i]);
-      const float heaviest = warp_max(most);
-      if (!(heaviest > 0)) break;
-      const int winner = __ffs(static_cast<int>(__ballot_sync(kAllLanes, most == heaviest))) - 1;
-      int place = kEach;
-      for (int i = kEach - 1; i >= 0; --i) {
-        if (weights[i] == heaviest) place = i;
+  /// At most 64 lights of the trees' upper levels, two a lane.
+  class Samples {
+   public:
+    __device__ Samples(const CutJob& job, int lane) {
+      const TreeView& vpls = job.trees.kind[vpl_kind];
+      const TreeView& points = job.trees.kind[point_kind];
+      const std::uint32_t all = vpls.frontier_count + points.frontier_count;
+      for (std::uint32_t k = 0; k < 2; ++k) {
+        const std::uint32_t number = 32 * k + static_cast<std::uint32_t>(lane);
+        is_one_[k] = number < min_of(64u, all);
+        if (!is_one_[k]) continue;
+        const std::uint32_t i = all <= 64 ? number : number * all / 64;
+        at_[k] =
+            i < vpls.frontier_count ? vpls.frontier[i].position : points.frontier[i - vpls.frontier_count].position;
       }
-      if (lane == winner) {
-        for (int i = 0; i < kEach; ++i) {
-          if (i == place) weights[i] = 0;
+    }
+
+    /// Which of them lie in an umbra.
+    [[nodiscard]] __device__ unsigned long long inside(const Umbra& umbra) const {
+      const unsigned first = __ballot_sync(kAllLanes, is_one_[0] && is_inside(umbra, at_[0]));
+      const unsigned second = __ballot_sync(kAllLanes, is_one_[1] && is_inside(umbra, at_[1]));
+      return static_cast<unsigned long long>(second) << 32 | first;
+    }
+
+   private:
+    Vec3 at_[2];
+    bool is_one_[2];
+  };
+
+  /// Lane k's is the occluder of the k-th largest of 32 * rounds weights, kNone where that is 0; takes the weights away.
+  __device__ static std::uint32_t one_of_the_heaviest(float* weights, int rounds, int lane) {
+    float most = 0;
+    int place = 0;
+    const auto find_most = [&] {
+      most = 0;
+      for (int k = 0; k < rounds; ++k) {
+        const float weight = weights[32 * k + lane];
+        if (weight > most) {
+          most = weight;
+          place = k;
         }
       }
-      const std::uint32_t index = static_cast<std::uint32_t>(32 * __shfl_sync(kAllLanes, place, winner) + winner);
-      if (lane == k) own = index;
+    };
+    find_most();  // each lane reads only what it wrote
+    std::uint32_t own = kNone;
+    for (int k = 0; k < kMost; ++k) {
+      const float heaviest = warp_max_positive(most);
+      if (!(heaviest > 0)) break;
+      const int winner = __ffs(static_cast<int>(__ballot_sync(kAllLanes, most == heaviest))) - 1;
+      const int index = 32 * __shfl_sync(kAllLanes, place, winner) + winner;
+      if (lane == k) own = static_cast<std::uint32_t>(index);
+      if (lane == winner) {
+        weights[index] = 0;
+        find_most();
+      }
+      __syncwarp();
     }
     return own;
   }
@@ -112,7 +134,7 @@ struct Umbras {
 
 /// Where all light arrives.
 template <>
-struct Umbras<false> {
+struct Umbras<0> {
   __device__ void find(const CutJob&, const Box&, int) {}
   template <int kind>
   __device__ bool hide(const Box&) const {

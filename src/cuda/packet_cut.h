@@ -30,15 +30,15 @@ struct CutListing {
   bool own_cuts = false;  ///< as where looking at a light is dear
 };
 
-/// Tiles to be lit by a larger crew, in no order; with a mark where the smaller one already missed maps.
+/// Tiles to be lit by a crew, in no order; with a mark where the warp already missed maps.
 struct TileQueue {
   static constexpr std::uint32_t kMissed = 1u << 31;
 
-  std::uint32_t* tiles = nullptr;   ///< with room for all
-  std::uint32_t* counts = nullptr;  ///< how many there are, and how many of them were taken
+  std::uint32_t* tiles = nullptr;  ///< with room for all
+  std::uint32_t* count = nullptr;
 #if defined(__CUDACC__)
   __device__ void add(std::uint32_t tile, bool missed) const {
-    tiles[atomicAdd(&counts[0], 1u)] = tile | (missed ? kMissed : 0u);
+    tiles[atomicAdd(count, 1u)] = tile | (missed ? kMissed : 0u);
   }
 #endif
 };
@@ -51,7 +51,7 @@ struct CutView {
   CutCounts* counts;            ///< null: not wanted
   std::uint32_t* used[kKinds];  ///< a bit a light that represents a node of some cut; null: not wanted
   CutListing listing = {};      ///< only without shadow rays
-  TileQueue left = {};          ///< for tiles that are left to a larger crew; without memory: none are left
+  TileQueue left = {};          ///< for tiles that are left to a crew; without memory: none are left
 };
 
 /// Receives the numbers of what has to be lit again, for want of shadow maps; in no order.
@@ -74,8 +74,8 @@ struct TileList {
   }
 };
 
-/// CutJob::heavy_visits by visibility: none; shadow rays, of which those to a chosen node count as one test; shadow maps.
-inline constexpr std::uint32_t kHeavyVisits = 16384, kHeavyVisitsByRays = 8192, kHeavyVisitsByMaps = 4096;
+/// CutJob::heavy_work by visibility: none; shadow rays; shadow maps.
+inline constexpr std::uint32_t kHeavyWork = 16384, kHeavyWorkByRays = 8192, kHeavyWorkByMaps = 8192;
 
 /// What cuts work on.
 struct CutJob {
@@ -84,9 +84,9 @@ struct CutJob {
   float min_distance = 0;  ///< clamp of the VPL singularity [m]
   float error = 0.02f;     ///< bound on each node relative to the pixel's total
   std::uint32_t max_cut = 0;
-  /// Node tests of a warp, and looks where rays are traced, after which a tile is left to a larger crew; of a block, for each of
-  /// its warps. Where hardly any light arrives, cuts have very many nodes.
-  std::uint32_t heavy_visits = kHeavyVisits;
+  /// Node tests of a warp, a look at a light counting for some of them, after which a tile is left to a crew of blocks. Where
+  /// hardly any light arrives, cuts have very many nodes.
+  std::uint32_t heavy_work = kHeavyWork;
   /// What hides lights for certain, and the box around the scene; none without shadows.
   const Occluder* occluders = nullptr;
   std::uint32_t occluder_count = 0;
@@ -99,8 +99,8 @@ struct CutJob {
 /// against the group's box, cone of normals and smallest threshold; nodes whose bound is small enough for all of its
 /// pixels go to a list, and when that is full each lane sums the list for its pixel. Thresholds come from an estimate of
 /// the pixels' totals by the trees' upper levels; pixels whose total then turns out too small for the largest bound walk
-/// again, so in the end the promise holds for each. Tiles that test very many nodes are left to a block each, and those that
-/// are too much for that to several blocks, which share out the trees' parts. Sums are in a fixed order.
+/// again, so in the end the promise holds for each. Tiles that test very many nodes are left to several blocks, which share out
+/// the trees' parts. Sums are in a fixed order.
 void cut_by_packets(Device& device, const TracedScene& traced, const PixelView& pixels, const CutJob& job,
                     bool shadow_rays, std::uint32_t first, std::uint32_t last, const SumView& sums,
                     const CutView& cuts);

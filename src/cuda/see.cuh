@@ -1,6 +1,7 @@
 #pragma once
 
 #include "cuda/fast_float.cuh"
+#include "cuda/remembered_rays.cuh"
 #include "cuda/staged_light.cuh"
 #include "cuda/tracer.cuh"
 #include "kernels/light.h"
@@ -45,12 +46,16 @@ __device__ inline Ray shadow_ray_to(Vec3 from, const StagedLight& light) {
 // --- Ways to see lights ---
 //
 // `shadows`: looking at a light costs more than its bound. `own_cuts`: so much more that every pixel of a group tests the
-// nodes that the group as a whole refuses. `traces`: looks are counted as rays. `Group`: what is known of a group's pixels.
-// `Staged`: what is read, and seen, of a light once for all of them.
+// nodes that the group as a whole refuses. `traces`: looks are counted as rays. `look_tests`: tests of nodes that take as long
+// as a look; `crew_blocks`: of a crew, by measurement. `Group`: what is known of a group's pixels. `Staged`: what is read, and
+// seen, of a light once for all of them.
+//
+// share() says what arrives at a pixel: at `receiver`, whose exact position is `from`, the tile's `pixel`-th.
 
 /// All light arrives.
 struct SeeAll {
   static constexpr bool shadows = false, own_cuts = false, traces = false;
+  static constexpr int look_tests = 0, crew_blocks = 4;
   struct Group {};
   struct Staged {
     static constexpr float share = 1;
@@ -63,14 +68,19 @@ struct SeeAll {
   template <int kind>
   __device__ void look(const Group&, Staged&) const {}
   template <int kind>
-  __device__ float share(const Receiver<FastFloat>&, Vec3, const StagedLight&, const Staged&) const {
+  __device__ float share(const Receiver<FastFloat>&, Vec3, int, const StagedLight&, const Staged&) const {
     return 1;
   }
 };
 
+/// Whether something is in a ray's way; compiled once, for wherever rays are traced the loops around them are to stay in the
+/// instruction cache.
+__device__ __noinline__ inline bool blocked(const DeviceTracer& tracer, const Ray& ray) { return tracer.occluded(ray); }
+
 /// Exact shadow rays.
 struct SeeByRays {
   static constexpr bool shadows = true, own_cuts = true, traces = true;
+  static constexpr int look_tests = 1, crew_blocks = 4;
   struct Group {};
   struct Staged {
     static constexpr float share = -1;
@@ -78,6 +88,7 @@ struct SeeByRays {
     std::uint32_t before;  ///< rays to the lights before it
   };
   DeviceTracer tracer;
+  RayMemory memory = {};
   __device__ static Group group(unsigned, Vec3, Vec3) { return {}; }
   template <int kind>
   __device__ bool stage(std::uint32_t, float, Staged&) const {
@@ -86,9 +97,25 @@ struct SeeByRays {
   template <int kind>
   __device__ void look(const Group&, Staged&) const {}
   template <int kind>
-  __device__ float share(const Receiver<FastFloat>&, Vec3 from, const StagedLight& light, const Staged&) const {
-    return tracer.occluded(shadow_ray_to<kind>(from, light)) ? 0.0f : 1.0f;
+  __device__ float share(const Receiver<FastFloat>&, Vec3 from, int, const StagedLight& light, const Staged&) const {
+    return blocked(tracer, shadow_ray_to<kind>(from, light)) ? 0.0f : 1.0f;
   }
 };
+
+/// The memory for rays of warp `i` and of a crew's block `i`. Crews start when no warp is at work any more.
+template <class Visibility>
+__device__ RememberedRays memory_of_warp(const Visibility&, std::uint32_t) {
+  return {};
+}
+template <class Visibility>
+__device__ RememberedRays memory_of_block(const Visibility&, std::uint32_t) {
+  return {};
+}
+__device__ inline RememberedRays memory_of_warp(const SeeByRays& see, std::uint32_t i) {
+  return {see.memory, std::size_t{i} * RayMemory::kOfWarp, RayMemory::kOfWarp};
+}
+__device__ inline RememberedRays memory_of_block(const SeeByRays& see, std::uint32_t i) {
+  return {see.memory, std::size_t{i} * RayMemory::kOfBlock, RayMemory::kOfBlock};
+}
 
 }  // namespace lightcuts::cuda

@@ -12,6 +12,7 @@ namespace lightcuts::cuda {
 template <class Depth, int Size>
 struct SeeByMaps {
   static constexpr bool shadows = true, own_cuts = false, traces = false;
+  static constexpr int look_tests = 2, crew_blocks = 2;
   using Group = FlatReceivers;
   struct Staged {
     std::uint32_t slot, row;
@@ -46,14 +47,19 @@ struct SeeByMaps {
   }
 
   template <int kind>
-  __device__ float share(const Receiver<FastFloat>& receiver, Vec3 from, const StagedLight& light,
+  __device__ float share(const Receiver<FastFloat>& receiver, Vec3 from, int pixel, const StagedLight& light,
                          const Staged& staged) const {
     if (staged.share >= 0) return staged.share;
-    if (staged.slot == kNone) return table.share(staged.row, threadIdx.x % 32);
+    if (staged.slot == kNone) return table.share(staged.row, static_cast<std::uint32_t>(pixel));
     const Vec3 ng{receiver.ng.x.value, receiver.ng.y.value, receiver.ng.z.value};
     const MapRecord map = maps.records[staged.slot];
     if (kind == point_kind && light.cos_outer < 0 && dot(from - map.origin, map.z) < 0) {
       return look_up<true>(staged.slot + 1, maps.records[staged.slot + 1], from, ng);
+    }
+    if constexpr (kind == vpl_kind) {  // the receiver faces it, or there were nothing to ask
+      const Vec3 local = to_map(map, from), normal{-dot(ng, map.x), -dot(ng, map.y), -dot(ng, map.z)};
+      return look_up_facing<Depth, Size>(map, local, normal, dot(local, local), dot(local, normal), maps.size,
+                                         codes_of(staged.slot));
     }
     return look_up<kind != directional_kind>(staged.slot, map, from, ng);
   }

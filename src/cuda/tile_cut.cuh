@@ -2,6 +2,7 @@
 
 #include "cuda/tile_light.cuh"
 #include "kernels/cluster_bound.h"
+#include "kernels/fit_search.h"
 #include "kernels/group_bound.h"
 
 namespace lightcuts::cuda {
@@ -18,10 +19,10 @@ __device__ inline float group_bound(const ReceiverGroup<FastFloat>& group, const
   return group_directional_bound(group, lights).value;
 }
 
-/// A threshold of the first walk relative to the estimate. Where looking is dear, few nodes first tell the total better, for
-/// too low a threshold cannot be taken back.
+/// A threshold of the first walk relative to the estimate. Where rays are traced, few nodes first tell the total better: too low
+/// a threshold cannot be taken back, and what is traced is remembered.
 template <bool traces>
-inline constexpr float kFirstCaution = traces ? 4.0f : 0.9f;
+inline constexpr float kFirstCaution = traces ? 8.0f : 0.9f;
 /// The same of the next walks, once a cut's total is known.
 inline constexpr float kNextCaution = 0.98f;
 /// A threshold sinks at most by this factor from one walk to the next.
@@ -31,7 +32,7 @@ inline constexpr int kMostRounds = 16;
 /// Groups of a tile; what is left over is a group by itself, however scattered.
 inline constexpr int kMostGroups = 4;
 
-/// What became of a tile: lit; left as too much for this crew; left because lights could not be looked at (maps missing).
+/// What became of a tile: lit; left as too much for a warp; left because lights could not be looked at (maps missing).
 enum class TileOutcome : std::uint8_t { lit, heavy, missed };
 
 /// Lights a tile's 32 pixels, one a lane of each warp of the crew.
@@ -41,7 +42,7 @@ enum class TileOutcome : std::uint8_t { lit, heavy, missed };
 template <class Visibility, bool listing = false, Crew crew = Crew::warp>
 class TileCut : TileLight<Visibility, crew> {
   using Base = TileLight<Visibility, crew>;
-  using Base::job_, Base::cuts_, Base::space_, Base::warp_, Base::lane_;
+  using Base::job_, Base::cuts_, Base::space_, Base::warp_, Base::lane_, Base::remembered_, Base::meeting_;
   using Base::kOwnCuts, Base::kTeamed;
   using Base::light_, Base::lost_, Base::rays_, Base::pairs_, Base::heavy_, Base::missed_, Base::arrival_;
   using Base::receiver_, Base::position_, Base::weights_, Base::mine_, Base::ns, Base::ng, Base::total_of;
@@ -50,25 +51,24 @@ class TileCut : TileLight<Visibility, crew> {
  public:
   /// @param meeting  of the crew's blocks, if they are several
   __device__ TileCut(const CutJob& job, const Visibility& visibility, const CutView& cuts, Space& space,
-                     Meeting* meeting = nullptr)
-      : Base(job, visibility, cuts, space, meeting) {}
+                     const RememberedRays& remembered, Meeting* meeting = nullptr)
+      : Base(job, visibility, cuts, space, remembered, meeting) {}
 
   /// Whether some light could not be looked at.
   [[nodiscard]] __device__ bool missed() const { return missed_; }
 
   /// Nothing is written of a tile that is left.
-  /// @param missed  by the smaller crew that left it: then it is walked only to find out which other maps will be missed
+  /// @param missed  by the warp that left it: then it is walked only to find out which other maps will be missed
   __device__ TileOutcome run(const PixelView& pixels, const SumView& sums, std::uint32_t slot, bool missed) {
     missed_ = missed;
     this->open_pixel(pixels, slot);
     tile_ = slot / kTilePixels;
     const bool lit = mine_;
     unsigned waiting = __ballot_sync(kAllLanes, lit);
-    const float total = waiting != 0 ? this->estimate() : 0;
     for (int number = 1; waiting != 0; ++number) {
       const unsigned group = number < kMostGroups ? like_first(waiting) : waiting;
       waiting &= ~group;
-      light_group(group, total);
+      light_group(group);
       ++groups_;
       if (heavy_) return TileOutcome::heavy;
     }
@@ -87,10 +87,9 @@ class TileCut : TileLight<Visibility, crew> {
   }
 
  private:
-  /// Of what this warp or block has done; the tile is then left to a larger crew.
+  /// Of what this warp has done; the tile is then left to a crew.
   __device__ bool too_heavy() const {
-    const std::uint32_t done = Visibility::traces ? visits_ + looks_ : visits_;
-    return crew != Crew::blocks && cuts_.left.tiles != nullptr && done > (kTeamed ? kTeam : 1) * job_.heavy_visits;
+    return !kTeamed && cuts_.left.tiles != nullptr && visits_ + Visibility::look_tests * looks_ > job_.heavy_work;
   }
 
   /// Waits for the others that share the space.
@@ -126,6 +125,9 @@ class TileCut : TileLight<Visibility, crew> {
     const float gain_hi = warp_min(in ? gap_to_end(axis, box, position) : kInfinity);
     group_ = receiver_group<FastFloat>(box, axis, cosine, gain_lo, gain_hi);
     if (first) {  // what is hidden from all of them is from those of later rounds too
+      if constexpr (Visibility::traces) {
+        remembered_.forget(kTeamed ? threadIdx.x : static_cast<std::uint32_t>(lane_), kTeamed ? kTeam * 32 : 32);
+      }
       if (!kTeamed || threadIdx.x < 32) space_.umbras.find(job_, box, lane_);
       meet();
     }
@@ -138,28 +140,21 @@ class TileCut : TileLight<Visibility, crew> {
   }
 
   // --- Rounds ---
+  //
+  // What is long is written, and compiled, in one place: a kernel whose loops do not fit into the instruction cache waits for
+  // instructions.
 
-  __device__ void light_group(unsigned lanes, float estimate) {
-    const bool member = (lanes >> lane_ & 1u) != 0;
-    gather_group(lanes, true);
-    const float largest = warp_max(member ? estimate : 0.0f);
+  __device__ void light_group(unsigned lanes) {
     const float error = static_cast<float>(job_.error * (1 - kThresholdSlack));
-    // Where the upper level shows nothing, the search for the total starts from what there could be at most.
-    float total = largest > 0 ? fmaxf(estimate, largest / 64) : root_bound(member) / 64;
-    // Where it shows hardly anything, it starts from all that was offered.
-    float threshold = (arrival_ < kUnsureArrival ? 1 / arrival_ : kFirstCaution<Visibility::traces>)*error * total;
+    float threshold = 0;
     for (int round = 1; lanes != 0; ++round) {
       mine_ = (lanes >> lane_ & 1u) != 0;
       lanes_ = lanes;
-      if (round > 1) gather_group(lanes, false);
+      gather_group(lanes, round == 1);
+      if (round == 1) threshold = error * first_total(lanes);
       scale_ = demands(threshold);
       threshold_ = threshold;
-      const bool limited = job_.max_cut > 0 && fit();
-      if (mine_) {
-        light_ = {};
-        lost_ = 0;
-      }
-      walk_all<false>(0);
+      const bool limited = walk_until_it_fits();
       if (heavy_) return;
       const float seen = total_of(light_);
       // The bounds are in units of the smallest threshold, taken with the largest weight of each colour.
@@ -176,6 +171,18 @@ class TileCut : TileLight<Visibility, crew> {
     }
   }
 
+  /// The total of this lane's pixel that the first walk takes for granted, with caution.
+  __device__ float first_total(unsigned lanes) {
+    const auto upper = this->estimate(lanes);
+    const float most = total_of(upper.most), largest = warp_max_positive(most);
+    // Where pixels have cuts of their own, none needs the least of all.
+    const float least = kOwnCuts ? most : total_of(upper.least);
+    // Where the upper level shows nothing, the search for the total starts from what there could be at most.
+    const float total = largest > 0 ? fmaxf(least, largest / 64) : root_bound() / 64;
+    // Where it shows hardly anything, it starts from all that was offered.
+    return total * (arrival_ < kUnsureArrival ? 1 / arrival_ : kFirstCaution<Visibility::traces>);
+  }
+
   /// By what a node's intensity is multiplied so that 1 is what every pixel of the group accepts.
   __device__ Vec3 demands(float threshold) {
     fit_scale_ = 1;
@@ -187,10 +194,9 @@ class TileCut : TileLight<Visibility, crew> {
   }
 
   /// Bound on a pixel's total by the trees' roots.
-  __device__ float root_bound(bool member) {
-    const float largest_x = warp_max(member ? weights_.x : 0.0f), largest_y = warp_max(member ? weights_.y : 0.0f),
-                largest_z = warp_max(member ? weights_.z : 0.0f);
-    const Vec3 weights{largest_x, largest_y, largest_z};
+  __device__ float root_bound() {
+    const Vec3 own = mine_ ? weights_ : Vec3{};
+    const Vec3 weights{warp_max_positive(own.x), warp_max_positive(own.y), warp_max_positive(own.z)};
     float sum = 0;
     if (job_.trees.kind[0].leaf_count > 0) sum += node_bound<0>(weights, job_.trees.kind[0].nodes[0]);
     if (job_.trees.kind[1].leaf_count > 0) sum += node_bound<1>(weights, job_.trees.kind[1].nodes[0]);
@@ -204,59 +210,52 @@ class TileCut : TileLight<Visibility, crew> {
     return geometric > 0 ? dot(scale, node.intensity) * geometric : geometric;
   }
 
-  // --- A largest cut ---
-
-  /// Raises the threshold until the cut is not larger than allowed; returns whether it had to.
-  __device__ bool fit() {
-    if (fits(1)) return false;
-    float below = 1, above = 16;
-    while (!fits(above) && above < 1e30f) {
-      below = above;
-      above *= 16;
-    }
-    for (int step = 0; step < 10; ++step) {
-      const float middle = sqrtf(below * above);
-      (fits(middle) ? above : below) = middle;
-    }
-    fit_scale_ = above;
-    return true;
-  }
-
-  __device__ bool fits(float scale) {
-    fit_scale_ = scale;
-    walk_all<true>(job_.max_cut);
-    return heavy_ || !__any_sync(kAllLanes, mine_ && found_ > job_.max_cut);
-  }
-
   // --- The walk ---
 
-  /// Sends the group through all trees. Leaves found_, the largest bounds and, unless it only counts, the pixels' light.
-  template <bool counting>
-  __device__ void walk_all(std::uint32_t limit) {
+  /// Walks once, and where a cut must not be larger than allowed first until a threshold is found at which it is not; returns
+  /// whether that is a higher one. Leaves found_, the largest bounds and the pixels' light.
+  __device__ bool walk_until_it_fits() {
+    FitSearch search;
+    bool counting = job_.max_cut > 0;
+    while (true) {
+      fit_scale_ = search.scale;
+      if (mine_ && !counting) {
+        light_ = {};
+        lost_ = 0;
+      }
+      walk_all(counting);
+      if (heavy_ || !counting) return search.raised;
+      counting = search.next(!__any_sync(kAllLanes, mine_ && found_ > job_.max_cut));
+    }
+  }
+
+  /// Sends the group through all trees.
+  /// @param counting  only to find out whether the cut is larger than allowed
+  __device__ void walk_all(bool counting) {
     found_ = 0;
     largest_bound_ = own_largest_ = 0;
-    walk_tree<vpl_kind, counting>(limit);
-    walk_tree<point_kind, counting>(limit);
-    walk_tree<directional_kind, counting>(limit);
+    walk_tree<vpl_kind>(counting);
+    walk_tree<point_kind>(counting);
+    walk_tree<directional_kind>(counting);
     largest_bound_ = warp_max(largest_bound_);
     heavy_ = too_heavy();
     if constexpr (kTeamed) join_crew();
   }
 
   /// A single warp starts at the root, the blocks of a crew with their share of the parts that the tree was taken apart into.
-  template <int kind, bool counting>
-  __device__ void walk_tree(std::uint32_t limit) {
+  template <int kind>
+  __device__ void walk_tree(bool counting) {
     const TreeView& tree = job_.trees.kind[kind];
     if (tree.leaf_count == 0) return;
     if constexpr (!kTeamed) {
-      walk<kind, counting>(limit);
-    } else if (job_.max_cut > 0) {  // the parts alone may be more than a largest cut
-      walk_together<kind, counting>(limit, warp_ == 0 && lane_ == 0 ? 0 : kNone);
+      walk<kind>(counting);
     } else {
-      const int blocks = this->crew_blocks(), own = static_cast<int>(threadIdx.x) * blocks + warp_ / kTeam;
-      for (int first = 0; first < static_cast<int>(kTreeParts); first += kTeam * 32 * blocks) {
+      const int blocks = meeting_->blocks(), own = static_cast<int>(threadIdx.x) * blocks + warp_ / kTeam;
+      const bool whole = job_.max_cut > 0;  // the parts alone may be more than a largest cut
+      const int parts = whole ? 1 : static_cast<int>(kTreeParts);
+      for (int first = 0; first < parts; first += kTeam * 32 * blocks) {
         const int part = first + own;
-        walk_together<kind, counting>(limit, part < static_cast<int>(kTreeParts) ? tree.parts[part] : kNone);
+        walk_together<kind>(counting, part >= parts ? kNone : whole ? 0 : tree.parts[part]);
       }
     }
   }
@@ -282,8 +281,8 @@ class TileCut : TileLight<Visibility, crew> {
     bool looks = false;  ///< it may give light to pixels that take it
   };
 
-  template <int kind, bool counting>
-  __device__ Tested test(std::uint32_t index, unsigned lanes) {
+  template <int kind>
+  __device__ Tested test(bool counting, std::uint32_t index, unsigned lanes) {
     const LightNode* const nodes = job_.trees.kind[kind].nodes;
     Tested tested;
     bool accepts = false, shines = false;
@@ -306,16 +305,16 @@ class TileCut : TileLight<Visibility, crew> {
       tested.lanes &= ~taken;
       tested.splits = tested.splits && tested.lanes != 0;
     }
-    if constexpr (listing && !counting) {
-      if (tested.taking != 0) list(kind, index, tested.taking);
+    if constexpr (listing) {
+      if (!counting && tested.taking != 0) list(kind, index, tested.taking);
     }
     // What cannot shine at any pixel of the group is in the cut, but needs no look.
     tested.looks = !counting && tested.taking != 0 && shines;
     return tested;
   }
 
-  template <int kind, bool counting>
-  __device__ void walk(std::uint32_t limit) {
+  template <int kind>
+  __device__ void walk(bool counting) {
     const unsigned before = (1u << lane_) - 1;
     int waiting = 0, chosen = 0;
     // The first step tests the root; each later one the children of up to 16 nodes, those found last.
@@ -323,8 +322,8 @@ class TileCut : TileLight<Visibility, crew> {
     unsigned lanes = lanes_;
     while (true) {
       visits_ += static_cast<std::uint32_t>(__popc(__ballot_sync(kAllLanes, index != kNone)));
-      const Tested tested = test<kind, counting>(index, lanes);
-      if (counting && __any_sync(kAllLanes, mine_ && found_ > limit)) return;
+      const Tested tested = test<kind>(counting, index, lanes);
+      if (counting && __any_sync(kAllLanes, mine_ && found_ > job_.max_cut)) return;
       const unsigned looking = __ballot_sync(kAllLanes, tested.looks);
       if (tested.looks) space_.chosen[chosen + __popc(looking & before)] = {index, tested.taking};
       chosen += __popc(looking);
@@ -332,36 +331,35 @@ class TileCut : TileLight<Visibility, crew> {
       if (tested.splits) space_.stack[waiting + __popc(splitting & before)] = {tested.below, tested.lanes};
       waiting += __popc(splitting);
       __syncwarp();
-      if (!counting && chosen > Space::kChosen - 32) {
+      const bool done = waiting == 0 || too_heavy();
+      if (done || chosen > Space::kChosen - 32) {
         this->template sum_chosen<kind>(chosen, 0, 32);
         looks_ += static_cast<std::uint32_t>(chosen);
         chosen = 0;
       }
-      if (waiting == 0 || too_heavy()) break;
+      if (done) break;
       index = take<kind>(waiting, lanes);
       __syncwarp();
     }
-    if (!counting && chosen > 0) this->template sum_chosen<kind>(chosen, 0, 32);
-    looks_ += static_cast<std::uint32_t>(chosen);
     __syncwarp();
   }
 
   /// All warps of a block share what waits and what was chosen, so all have as much to do; places are given in the order of
   /// threads, so that sums are always the same.
-  template <int kind, bool counting>
-  __device__ void walk_together(std::uint32_t limit, std::uint32_t index) {
+  template <int kind>
+  __device__ void walk_together(bool counting, std::uint32_t index) {
     const unsigned before = (1u << lane_) - 1;
     const int warp = static_cast<int>(threadIdx.x / 32);
     int waiting = 0, chosen = 0;
     unsigned lanes = lanes_;
     visits_ += static_cast<std::uint32_t>(__syncthreads_count(index != kNone ? 1 : 0));
     for (int step = 0;; ++step) {
-      const Tested tested = test<kind, counting>(index, lanes);
+      const Tested tested = test<kind>(counting, index, lanes);
       const unsigned splitting = __ballot_sync(kAllLanes, tested.splits),
                      looking = __ballot_sync(kAllLanes, tested.looks);
       std::uint32_t* const found = space_.found[step % 2];
       if (lane_ == 0) found[warp] = static_cast<std::uint32_t>(__popc(splitting) | __popc(looking) << 16);
-      if (__syncthreads_or(counting && mine_ && found_ > limit ? 1 : 0) != 0) return;
+      if (__syncthreads_or(counting && mine_ && found_ > job_.max_cut ? 1 : 0) != 0) return;
       std::uint32_t upto = lane_ < kTeam ? found[lane_] : 0;
       for (int other = 1; other < kTeam; other *= 2) {
         const std::uint32_t sum = __shfl_up_sync(kAllLanes, upto, other);
@@ -379,17 +377,16 @@ class TileCut : TileLight<Visibility, crew> {
       waiting += static_cast<int>(all & 0xffffu);
       chosen += static_cast<int>(all >> 16);
       __syncthreads();
-      if (!counting && chosen > Space::kChosen - 32 * kTeam) {
+      const bool done = waiting == 0;
+      if (done || chosen > Space::kChosen - 32 * kTeam) {
         this->template sum_chosen<kind>(chosen, 32 * warp, 32 * kTeam);
         looks_ += static_cast<std::uint32_t>(chosen);
         chosen = 0;
       }
-      if (waiting == 0 || too_heavy()) break;
+      if (done) break;
       visits_ += 2 * static_cast<std::uint32_t>(takes(waiting));
       index = take<kind>(waiting, lanes);
     }
-    if (!counting && chosen > 0) this->template sum_chosen<kind>(chosen, 32 * warp, 32 * kTeam);
-    looks_ += static_cast<std::uint32_t>(chosen);
     __syncthreads();
   }
 

@@ -35,7 +35,10 @@ struct CutSpace {
   WarpStage<Visibility> stages[warps];
   PixelsNode stack[kStack];  ///< first children of the nodes to go below
   PixelsNode chosen[kChosen];
-  Umbras<Visibility::shadows> umbras;
+  Umbras<Visibility::traces    ? 32
+         : Visibility::shadows ? 16
+                               : 0>
+      umbras;  // each costs every test; a ray more than a look
   typename Visibility::Group group;
   std::uint32_t found[2][warps];  ///< by each warp in a step, of both: to go below, and chosen times 2^16
 };
@@ -52,14 +55,15 @@ class TileLight {
 
   /// @param meeting  of the crew's blocks, if they are several
   __device__ TileLight(const CutJob& job, const Visibility& visibility, const CutView& cuts, Space& space,
-                       Meeting* meeting)
+                       const RememberedRays& remembered, Meeting* meeting)
       : job_(job),
         visibility_(visibility),
         cuts_(cuts),
         space_(space),
         stage_(space.stages[kTeamed ? threadIdx.x / 32 : 0]),
         meeting_(meeting),
-        warp_(kTeamed ? static_cast<int>(threadIdx.x / 32) + (crew == Crew::blocks ? meeting->rank() * kTeam : 0) : 0),
+        remembered_(remembered),
+        warp_(kTeamed ? static_cast<int>(threadIdx.x / 32) + meeting->rank() * kTeam : 0),
         lane_(static_cast<int>(threadIdx.x % 32)) {}
 
   // --- The pixel ---
@@ -76,6 +80,7 @@ class TileLight {
   __device__ Vec3 ng() const { return {receiver_.ng.x.value, receiver_.ng.y.value, receiver_.ng.z.value}; }
 
   /// Luminance of what a pixel reflects, times pi.
+  __device__ float total_of(Vec3 light) const { return total_of(Vec3T<double>{light.x, light.y, light.z}); }
   __device__ float total_of(Vec3T<double> light) const {
     const double total = weights_.x * light.x + weights_.y * light.y + weights_.z * light.z;
     return static_cast<float>(total > 0 ? fmin(total, 3e38) : 0);
@@ -83,25 +88,7 @@ class TileLight {
 
   // --- Sums ---
 
-  /// Adds a light of the list, as far as it arrives.
-  /// @param wanted  the pixel has this light in its cut
-  template <int kind>
-  __device__ void add_seen(const StagedLight& light, const typename Visibility::Staged& seen, bool wanted) {
-    if (seen.share == 0) return;
-    const LightFactor f = factor_of<kind>(receiver_, light, job_.min_distance * job_.min_distance);
-    float share = 1;
-    if constexpr (Visibility::shadows) {
-      share = 0;
-      if constexpr (Visibility::traces) {
-        share = static_cast<float>(seen.sees >> lane_ & 1u);
-        rays_ += seen.asks >> lane_ & 1u;
-      } else if (wanted && f.unclamped > 0) {
-        share = visibility_.template share<kind>(receiver_, position_, light, seen);
-      }
-    }
-    add<kind>(light, f, share);
-  }
-
+  /// Adds the share that arrives of a light.
   template <int kind>
   __device__ void add(const StagedLight& light, LightFactor f, float share) {
     const float arrives = f.clamped * share;
@@ -109,6 +96,52 @@ class TileLight {
     if constexpr (kind == vpl_kind) {
       const float lost = f.unclamped - f.clamped;
       if (lost > 0) block_lost_ += luminance(Vec3{light.red, light.green, light.blue}) * lost * share;
+    }
+  }
+
+  template <int kind>
+  __device__ LightFactor factor_here(const StagedLight& light) const {
+    return factor_of<kind>(receiver_, light, job_.min_distance * job_.min_distance);
+  }
+
+  /// Adds those of the staged lights of which the share that arrives is known, two at a time: so each waits less for the other.
+  template <int kind>
+  __device__ void add_known(unsigned known, const PixelsNode* chosen) {
+    const auto take = [&known] {
+      const int i = __ffs(static_cast<int>(known)) - 1;
+      known &= known - 1;
+      return i;
+    };
+    while (known != 0) {
+      const int i = take(), j = known != 0 ? take() : -1;
+      const StagedLight &first = stage_.lights[i], &second = stage_.lights[j < 0 ? i : j];
+      const LightFactor f = factor_here<kind>(first), g = factor_here<kind>(second);
+      add<kind>(first, f, share_of(i, chosen));
+      add<kind>(second, g, j < 0 ? 0.0f : share_of(j, chosen));
+    }
+  }
+
+  /// What arrives at this pixel of a staged light of which that is known.
+  __device__ float share_of(int i, const PixelsNode* chosen) const {
+    if constexpr (Visibility::traces) {
+      return static_cast<float>(stage_.seen[i].sees >> lane_ & 1u);
+    } else if constexpr (kOwnCuts) {
+      return static_cast<float>(chosen[i].lanes >> lane_ & 1u);
+    } else {
+      return stage_.seen[i].share;
+    }
+  }
+
+  /// Adds those of the staged lights that each pixel has to look at by itself.
+  template <int kind>
+  __device__ void add_looked_at(unsigned open) {
+    for (; open != 0; open &= open - 1) {
+      const int i = __ffs(static_cast<int>(open)) - 1;
+      const StagedLight& light = stage_.lights[i];
+      const LightFactor f = factor_here<kind>(light);
+      if (mine_ && f.unclamped > 0) {
+        add<kind>(light, f, visibility_.template share<kind>(receiver_, position_, lane_, light, stage_.seen[i]));
+      }
     }
   }
 
@@ -123,20 +156,15 @@ class TileLight {
 
   // --- The crew ---
 
-  __device__ int crew_blocks() const { return crew == Crew::blocks ? meeting_->blocks() : 1; }
-  __device__ int crew_warps() const { return kTeamed ? kTeam * crew_blocks() : 1; }
-
   /// Adds up the parts of a crew's warps, in their order: all of them get the same.
   __device__ CrewPart add_up(const CrewPart& own) {
     __syncwarp();
     *part_of(stage_) = own;
     missed_ = __syncthreads_or(missed_ ? 1 : 0) != 0;
-    heavy_ = __syncthreads_or(heavy_ ? 1 : 0) != 0;
     CrewPart sum;
     for (int w = 0; w < kTeam; ++w) sum.add(*part_of(space_.stages[w]));
     __syncthreads();
-    if constexpr (crew == Crew::blocks) sum = meeting_->add_up(sum, missed_);
-    return sum;
+    return meeting_->add_up(sum, missed_);
   }
 
   __device__ CrewPart* part_of(WarpStage<Visibility>& stage) const {
@@ -145,64 +173,87 @@ class TileLight {
 
   // --- The estimate ---
 
-  template <int kind>
-  __device__ void add_frontier() {
-    const TreeView& tree = job_.trees.kind[kind];
-    const auto step = static_cast<std::uint32_t>(crew_warps());
-    for (auto i = static_cast<std::uint32_t>(warp_); i < tree.frontier_count; i += step) {
-      const StagedLight light = tree.frontier[i];
-      add<kind>(light, factor_of<kind>(receiver_, light, job_.min_distance * job_.min_distance), 1);
-    }
-    if (warp_ == 0) pairs_ += tree.frontier_count;
+  static constexpr int kProbes = 4;  ///< pixels of a group that tell what the upper levels give it
+
+  /// One of a group's pixels, the same for each eight lanes.
+  struct Probe {
+    int pixel;
+    Receiver<FastFloat> receiver;
+    Vec3 position, weights;
+  };
+  __device__ Probe probe_of(unsigned lanes) const {
+    const int pixel = place_of_bit(lanes, static_cast<std::uint32_t>(lane_ / 8 * (__popc(lanes) - 1) / (kProbes - 1)));
+    const Vec3 position = from_lane(position_, pixel);
+    return {pixel,
+            {fast(position), fast(from_lane(ns(), pixel)), fast(from_lane(ng(), pixel))},
+            position,
+            from_lane(weights_, pixel)};
   }
 
-  /// A quarter of the upper level, each light from a quarter of the pixels: seen with and without shadows.
   template <int kind>
-  __device__ void sample_frontier(float& offered, float& arrived) {
+  __device__ void add_frontier(const Probe& probe, Vec3& light) {
     const TreeView& tree = job_.trees.kind[kind];
-    const std::uint32_t step = tree.frontier_count >= 32 ? 4 : 1;
-    const auto warps = static_cast<std::uint32_t>(crew_warps());
-    for (std::uint32_t i = static_cast<std::uint32_t>(warp_) * step; i < tree.frontier_count; i += step * warps) {
-      const std::uint32_t own = min_of(i + static_cast<std::uint32_t>(lane_) % step, tree.frontier_count - 1);
-      const StagedLight light = tree.frontier[own];
-      const LightFactor f = factor_of<kind>(receiver_, light, job_.min_distance * job_.min_distance);
-      if (!mine_ || !(f.unclamped > 0)) continue;
-      const float power = dot(weights_, Vec3{light.red, light.green, light.blue}) * f.clamped;
+    if (warp_ == 0) pairs_ += tree.frontier_count * kProbes / 32;
+#pragma unroll 1
+    for (auto i = static_cast<std::uint32_t>(lane_ % 8); i < tree.frontier_count; i += 8) {
+      const StagedLight staged = tree.frontier[i];
+      const LightFactor f = factor_of<kind>(probe.receiver, staged, job_.min_distance * job_.min_distance);
+      light += Vec3{staged.red, staged.green, staged.blue} * f.clamped;
+    }
+  }
+
+  /// Each light of the upper level, if they are many, by one of the probes: seen with and without shadows.
+  template <int kind>
+  __device__ void sample_frontier(const Probe& probe, float& offered, float& arrived) {
+    const TreeView& tree = job_.trees.kind[kind];
+    const std::uint32_t step = tree.frontier_count >= 32 ? kProbes : 1;
+#pragma unroll 1
+    for (std::uint32_t i = step * (lane_ % 8) + lane_ / 8 % step; i < tree.frontier_count; i += 8 * step) {
+      const StagedLight light = tree.frontier[i];
+      const LightFactor f = factor_of<kind>(probe.receiver, light, job_.min_distance * job_.min_distance);
+      if (!(f.unclamped > 0)) continue;
+      const float power = dot(probe.weights, Vec3{light.red, light.green, light.blue}) * f.clamped;
       offered += power;
       typename Visibility::Staged seen;
       visibility_.template stage<kind>(light.light, 1, seen);
-      arrived += power * visibility_.template share<kind>(receiver_, position_, light, seen);
-      if (Visibility::traces) ++rays_;
+      arrived += power * visibility_.template share<kind>(probe.receiver, probe.position, probe.pixel, light, seen);
+      if (Visibility::traces && warp_ == 0) ++rays_;
     }
   }
 
-  /// The pixel's total by the nodes of the trees' upper levels.
-  __device__ float estimate() {
-    add_frontier<vpl_kind>();
-    add_frontier<point_kind>();
-    add_frontier<directional_kind>();
-    float total = total_of({block_.x, block_.y, block_.z});
-    close_block(false);
-    float offered = 0, arrived = 0;
+  /// What a group's pixels get of the nodes of the trees' upper levels: the least and the most at some of them.
+  struct Estimate {
+    Vec3 least, most;
+  };
+  /// Each warp of a crew finds the same.
+  __device__ Estimate estimate(unsigned lanes) {
+    const Probe probe = probe_of(lanes);
+    Vec3 light;
+    add_frontier<vpl_kind>(probe, light);
+    add_frontier<point_kind>(probe, light);
+    add_frontier<directional_kind>(probe, light);
+    for (int step = 1; step < 8; step *= 2) light += from_other(light, step);
     if constexpr (Visibility::shadows) {
-      sample_frontier<vpl_kind>(offered, arrived);
-      sample_frontier<point_kind>(offered, arrived);
-      sample_frontier<directional_kind>(offered, arrived);
+      float offered = 0, arrived = 0;
+      sample_frontier<vpl_kind>(probe, offered, arrived);
+      sample_frontier<point_kind>(probe, offered, arrived);
+      sample_frontier<directional_kind>(probe, offered, arrived);
       offered = warp_sum(offered);
       arrived = warp_sum(arrived);
+      arrival_ = offered > 0 ? fmaxf(arrived / offered, 1.0f / 64) : 1.0f;
+      light = light * arrival_;
     }
-    if constexpr (kTeamed) {
-      CrewPart part;
-      part.light = {total, offered, arrived};
-      part.rays = rays_;
-      const CrewPart sum = add_up(part);
-      total = static_cast<float>(fmin(sum.light.x, 3e38));
-      offered = static_cast<float>(sum.light.y);
-      arrived = static_cast<float>(sum.light.z);
-      rays_ = warp_ == 0 ? sum.rays : 0;
+    Estimate found{light, light};
+    for (int step = 8; step < 32; step *= 2) {
+      found.least = min_of(found.least, from_other(found.least, step));
+      found.most = max_of(found.most, from_other(found.most, step));
     }
-    if (offered > 0) arrival_ = fmaxf(arrived / offered, 1.0f / 64);
-    return total * arrival_;
+    return found;
+  }
+
+  __device__ static Vec3 from_other(Vec3 v, int step) {
+    return {__shfl_xor_sync(kAllLanes, v.x, step), __shfl_xor_sync(kAllLanes, v.y, step),
+            __shfl_xor_sync(kAllLanes, v.z, step)};
   }
 
   // --- Chosen nodes ---
@@ -218,11 +269,14 @@ class TileLight {
       if (lane_ < here) stage_chosen<kind>(chosen[lane_].index);
       if constexpr (Visibility::shadows) missed_ = __any_sync(kAllLanes, missed_) != 0;
       __syncwarp();
-      if constexpr (Visibility::traces) trace_chosen<kind>(chosen, here);
-      for (int i = 0; i < here; ++i) {
-        const bool wanted = mine_ && (!kOwnCuts || (chosen[i].lanes >> lane_ & 1u) != 0);
-        add_seen<kind>(stage_.lights[i], stage_.seen[i], wanted);
-        if (wanted) ++pairs_;
+      if constexpr (Visibility::traces) {
+        trace_chosen<kind>(chosen, here);
+        add_known<kind>(__ballot_sync(kAllLanes, lane_ < here && stage_.seen[lane_].sees != 0), chosen);
+      } else {
+        const float share = lane_ < here ? stage_.seen[lane_].share : 0.0f;
+        add_known<kind>(__ballot_sync(kAllLanes, share > 0), chosen);
+        if constexpr (Visibility::shadows) add_looked_at<kind>(__ballot_sync(kAllLanes, share < 0));
+        if (mine_) pairs_ += static_cast<std::uint32_t>(here);
       }
     }
     close_block(mine_);
@@ -245,13 +299,19 @@ class TileLight {
   /// share out all rays, sorted by light.
   template <int kind>
   __device__ void trace_chosen(const PixelsNode* chosen, int here) {
-    unsigned own_asks = 0;
+    const RememberedRays::Rays before =
+        lane_ < here ? remembered_.of(kind, stage_.lights[lane_].light) : RememberedRays::Rays{};
+    unsigned asks = 0;
     for (int i = 0; i < here; ++i) {
       const bool wanted = (chosen[i].lanes >> lane_ & 1u) != 0;
-      const LightFactor f = factor_of<kind>(receiver_, stage_.lights[i], job_.min_distance * job_.min_distance);
-      const unsigned asks = __ballot_sync(kAllLanes, wanted && f.unclamped > 0);
-      if (lane_ == i) own_asks = asks;
+      const LightFactor f = factor_here<kind>(stage_.lights[i]);
+      const bool asked = wanted && f.unclamped > 0;
+      const unsigned all = __ballot_sync(kAllLanes, asked), traced = __shfl_sync(kAllLanes, before.traced, i);
+      if (lane_ == i) asks = all;
+      if (wanted) ++pairs_;
+      if (asked && (traced >> lane_ & 1u) == 0) ++rays_;
     }
+    const unsigned own_asks = asks & ~before.traced;
     std::uint32_t upto = static_cast<std::uint32_t>(__popc(own_asks));
     for (int step = 1; step < 32; step *= 2) {
       const std::uint32_t other = __shfl_up_sync(kAllLanes, upto, step);
@@ -259,7 +319,7 @@ class TileLight {
     }
     const std::uint32_t rays = __shfl_sync(kAllLanes, upto, 31);
     stage_.seen[lane_].asks = own_asks;
-    stage_.seen[lane_].sees = 0;
+    stage_.seen[lane_].sees = asks & before.arrived;
     stage_.seen[lane_].before = upto - static_cast<std::uint32_t>(__popc(own_asks));
     __syncwarp();
     for (std::uint32_t begin = 0; begin < rays; begin += 32) {
@@ -271,11 +331,14 @@ class TileLight {
       const int pixel = place_of_bit(stage_.seen[light].asks, ray - stage_.seen[light].before);
       const Vec3 from = from_lane(position_, pixel);
       if (begin + static_cast<std::uint32_t>(lane_) < rays &&
-          visibility_.template share<kind>(receiver_, from, stage_.lights[light], stage_.seen[light]) > 0) {
+          visibility_.template share<kind>(receiver_, from, pixel, stage_.lights[light], stage_.seen[light]) > 0) {
         atomicOr(&stage_.seen[light].sees, 1u << pixel);
       }
     }
     __syncwarp();
+    if (lane_ < here) {
+      remembered_.add(kind, stage_.lights[lane_].light, {own_asks, stage_.seen[lane_].sees & own_asks});
+    }
   }
 
   /// Place of the n-th bit that is set, from 0.
@@ -302,6 +365,7 @@ class TileLight {
   Space& space_;
   WarpStage<Visibility>& stage_;
   Meeting* meeting_;
+  RememberedRays remembered_;
   int warp_, lane_;  ///< of the crew, of the warp
 
   // This lane's pixel.
@@ -314,7 +378,7 @@ class TileLight {
   float block_lost_ = 0;
   std::uint32_t rays_ = 0, pairs_ = 0;
 
-  bool heavy_ = false;   ///< too many nodes for this crew
+  bool heavy_ = false;   ///< too much for one warp
   bool missed_ = false;  ///< some light could not be looked at: what follows shows which else there will be
   float arrival_ = 1;    ///< share of the light that arrives at the tile, about
 };

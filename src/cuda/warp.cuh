@@ -19,6 +19,14 @@ __device__ inline float warp_min(float v) {
 __device__ inline float warp_max(float v) {
   return over_warp(v, [](float a, float b) { return fmaxf(a, b); });
 }
+/// The same of values that are not negative.
+__device__ inline float warp_max_positive(float v) {
+#if __CUDA_ARCH__ >= 800
+  return __uint_as_float(__reduce_max_sync(kAllLanes, __float_as_uint(v)));
+#else
+  return warp_max(v);
+#endif
+}
 __device__ inline float warp_sum(float v) {
   return over_warp(v, [](float a, float b) { return a + b; });
 }

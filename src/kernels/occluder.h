@@ -31,7 +31,8 @@ struct HalfSpace {
   float offset;
 };
 
-/// Points that no receiver of a group sees, as an intersection.
+/// Points that no receiver of a group sees, as an intersection. The last half-space is the one behind the polygon's plane:
+/// most boxes are not in it, so it is asked first.
 struct Umbra {
   HalfSpace behind[kUmbraPlanes];
 };
@@ -67,6 +68,9 @@ LC_KERNEL bool find_umbra(const Occluder& occluder, const Box& receivers, float 
   if (dot(back, detail::box_support(receivers, -back) - at) > -rounding) back = -back;
   if (!(dot(back, detail::box_support(receivers, -back) - at) < -2 * rounding)) return false;
   umbra.behind[kOccluderCorners] = {back, -dot(back, at) - gap - 2 * rounding};
+#if defined(__CUDA_ARCH__)
+#pragma unroll 1
+#endif
   for (int edge = 0; edge < kOccluderCorners; ++edge) {
     const Vec3 inward = occluder.inward[edge], corner = occluder.corner[edge];
     float slope = kInfinity;
@@ -85,7 +89,7 @@ LC_KERNEL bool find_umbra(const Occluder& occluder, const Box& receivers, float 
 
 /// True where no receiver sees any point of the box.
 LC_FN bool hides_box(const Umbra& umbra, const Box& box) {
-  for (int i = 0; i < kUmbraPlanes; ++i) {
+  for (int i = kUmbraPlanes - 1; i >= 0; --i) {
     const HalfSpace& h = umbra.behind[i];
     if (!(dot(h.normal, detail::box_support(box, h.normal)) + h.offset > 0)) return false;
   }
@@ -97,7 +101,7 @@ inline constexpr float kUmbraDirectionSlack = 4e-6f;
 
 /// True where no receiver sees anything in any direction of a box of directions of about unit length.
 LC_FN bool hides_directions(const Umbra& umbra, const Box& directions) {
-  for (int i = 0; i < kUmbraPlanes; ++i) {
+  for (int i = kUmbraPlanes - 1; i >= 0; --i) {
     const Vec3 normal = umbra.behind[i].normal;
     if (!(dot(normal, detail::box_support(directions, normal)) > kUmbraDirectionSlack)) return false;
   }
@@ -106,7 +110,7 @@ LC_FN bool hides_directions(const Umbra& umbra, const Box& directions) {
 
 /// False where an umbra has no point of the box for certain.
 LC_FN bool touches_box(const Umbra& umbra, const Box& box) {
-  for (int i = 0; i < kUmbraPlanes; ++i) {
+  for (int i = kUmbraPlanes - 1; i >= 0; --i) {
     const HalfSpace& h = umbra.behind[i];
     if (!(dot(h.normal, detail::box_support(box, -h.normal)) + h.offset > 0)) return false;
   }

@@ -27,7 +27,7 @@ struct CutResult {
 /// Ways to cut: groups share one; each pixel has its own; teams of warps for all but the smallest.
 struct Way {
   bool own_cuts = false;
-  std::uint32_t heavy_visits = 16384;
+  std::uint32_t heavy_work = 16384;
 };
 constexpr Way kWays[] = {{false, 16384}, {true, 16384}, {false, 64}, {true, 64}};
 
@@ -59,7 +59,7 @@ class Cuts : public OnDevice {
                kMinDistance,
                error,
                max_cut,
-               way.heavy_visits};
+               way.heavy_work};
     cut_by_packets(*device, {}, {position.data(), ns.data(), ng.data(), albedo.data(), nullptr, nullptr}, job, false, 0,
                    at.tiles(), {light.data(), lost.data(), rays.data()}, view);
     CutResult result{fetch(light), fetch(size), fetch(bound), fetch(at_limit), {}, fetch(counts)[0]};
@@ -113,7 +113,7 @@ TEST_F(Cuts, KeepTheirPromiseForAllKindsOfLight) {
       const CutResult got = cut(lights, trees, at, error, 0, way);
       expect_promise(lights, trees, at, got, static_cast<double>(error), 7);
       std::printf("  %d+%d+%d lights, %s, %u: %.1f walks a group, %.1f groups a tile\n", vpls, points, directionals,
-                  way.own_cuts ? "own cuts" : "group", way.heavy_visits,
+                  way.own_cuts ? "own cuts" : "group", way.heavy_work,
                   static_cast<double>(got.counts.walks) / static_cast<double>(got.counts.groups),
                   static_cast<double>(got.counts.groups) / at.tiles());
     }

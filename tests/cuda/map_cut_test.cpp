@@ -251,7 +251,7 @@ TEST_F(OnDevice, CutsByMapsKeepTheirPromiseAgainstTheShadowedTotal) {
   const auto position = send(*device, at.position), ns = send(*device, at.ns), ng = send(*device, at.ng),
              albedo = send(*device, at.albedo);
   const std::size_t n = at.position.size();
-  for (const std::uint32_t heavy_visits : {16384u, 64u}) {
+  for (const std::uint32_t heavy_work : {16384u, 64u}) {
     const auto light = cleared<Vec3T<double>>(*device, n);
     const auto lost = cleared<double>(*device, n);
     const auto rays = cleared<std::uint32_t>(*device, n), size = cleared<std::uint32_t>(*device, n);
@@ -262,7 +262,7 @@ TEST_F(OnDevice, CutsByMapsKeepTheirPromiseAgainstTheShadowedTotal) {
     auto listed_count = cleared<std::uint32_t>(*device, 1);
     CutView view{size.data(), bound.data(), at_limit.data(), nullptr, {}, {}};
     view.listing = {listed.data(), listed_count.data(), kMostListed, false};
-    const CutJob job{sent_trees.view(), arrays_of_lights, kMinDistance, kError, 0, heavy_visits};
+    const CutJob job{sent_trees.view(), arrays_of_lights, kMinDistance, kError, 0, heavy_work};
     const PixelView pixels{position.data(), ns.data(), ng.data(), albedo.data(), nullptr, nullptr};
     const SumView sums{light.data(), lost.data(), rays.data()};
     std::vector<std::uint32_t> last_list;
@@ -326,7 +326,7 @@ TEST_F(OnDevice, CutsByMapsKeepTheirPromiseAgainstTheShadowedTotal) {
     }
     EXPECT_LE(apart, 1 + checked / 20);
     EXPECT_GT(shadow, 1) << "hardly anything lies in shadow: the test would not see a total without";
-    std::printf("  %u: %u maps, %llu rounds\n", heavy_visits, maps.count(), static_cast<unsigned long long>(rounds));
+    std::printf("  %u: %u maps, %llu rounds\n", heavy_work, maps.count(), static_cast<unsigned long long>(rounds));
   }
 }
 

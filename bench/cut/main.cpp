@@ -69,6 +69,7 @@ class Stage {
     best.side = side;
     for (int run = 0; run < runs; ++run) {
       Statistics statistics;
+      backend_.forget_maps();
       const Clock::time_point start = Clock::now();
       const std::clock_t cpu_start = std::clock();
       Image image = backend_.shade(camera_, side, side, options, 0, statistics, {}).image;

@@ -23,6 +23,9 @@ using oracle::TapWeights;
 constexpr std::array kRules{
     oracle::LookupRule{"as built: linear, beside 1 where lit", TapWeights::linear, 0.25f, 1},
     oracle::LookupRule{"linear", TapWeights::linear},
+    oracle::LookupRule{"two texels: beside 1 where lit", TapWeights::two, 0.25f, 1},
+    oracle::LookupRule{"two texels: 1/4", TapWeights::two},
+    oracle::LookupRule{"middle alone, 1/2", TapWeights::middle, 0.5f},
     oracle::LookupRule{"linear, 1/2", TapWeights::linear, 0.5f, 0.5f, 0.5f},
     oracle::LookupRule{"linear, beside 2 where lit, -1/2 where dark", TapWeights::linear, 0.25f, 2, -0.5f},
     oracle::LookupRule{"middle alone", TapWeights::middle},

@@ -21,11 +21,12 @@ struct StageRuns {
 /// - another camera or another size of the picture: cuts and shading. With VplPlacement::camera also VPLs and light
 ///   trees, as they follow the camera.
 /// - lights, emission, reflectances or environment (after `lights_changed`), or VplOptions: VPLs, light trees, cuts and
-///   shading. With shadow maps on a GPU: also the maps of those lights that stand elsewhere now, or that no cut of the
-///   last pictures used.
+///   shading. With shadow maps also the maps of those lights that stand elsewhere now; on a GPU also of those that no cut of
+///   the last pictures used.
 /// - TreeOptions: light trees, cuts and shading.
-/// - ShadeOptions: cuts and shading. Shadow maps and the points that they are drawn from on a GPU, where an option of
-///   theirs or the seed changed; on a CPU for every picture.
+/// - ShadeOptions: cuts and shading. Shadow maps and the points that they are drawn from where an option of theirs or the seed
+///   changed, or where the memory budget is too small to keep them; on a CPU also where all lights together have more
+///   than 256 MiB of maps and no cuts choose among them.
 /// - geometry or textures (after `scene_changed`), backend, device, memory or threads: everything.
 ///
 /// Not for several threads at once.

@@ -92,8 +92,10 @@ class Backend {
   /// How many pixels' heaps a GPU keeps at once for CutWalk::heap; others need not listen.
   virtual void set_heap_batch(std::uint32_t) {}
 
-  /// Gives up the shadow maps and surface points that are kept for the next picture.
+  /// Gives up the shadow maps and surface points that are kept for the next picture, and how much of the host's memory they
+  /// take [bytes].
   virtual void forget_maps() {}
+  [[nodiscard]] virtual std::uint64_t kept_bytes() const { return 0; }
 
   [[nodiscard]] virtual StageTimes stage_times() const { return {}; }
   [[nodiscard]] virtual StageCounts stage_counts() const { return {}; }

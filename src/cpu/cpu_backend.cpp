@@ -74,9 +74,12 @@ std::string CpuBackend::device_name() const {
 }
 
 void CpuBackend::set_scene(const Scene& scene, const ProgressFn& progress) {
+  kept_.forget();
   loaded_.reset();
   lights_ = {};
   light_set_ = {};
+  last_lights_ = {};
+  last_light_set_ = {};
   trees_ = {};
   if (progress && !progress("bvh", 0)) return;
   arena_.execute([&] { loaded_ = std::make_unique<Loaded>(scene); });
@@ -86,6 +89,10 @@ void CpuBackend::set_scene(const Scene& scene, const ProgressFn& progress) {
 
 void CpuBackend::scene_relit() {
   Loaded& scene = loaded();
+  if (kept_.has_maps() && lights_.count() > 0) {
+    last_light_set_ = std::exchange(light_set_, {});
+    last_lights_ = std::move(lights_);  // the set's VPLs stay where they are
+  }
   lights_ = {};
   light_set_ = {};
   trees_ = {};
@@ -123,6 +130,9 @@ void CpuBackend::trace_vpls(const VplOptions& options, const ProgressFn& progres
 
 void CpuBackend::set_lights(Lights lights) {
   LightSet set = make_light_set(lights);
+  kept_.lights_change(lights_.count() > 0 ? light_set_ : last_light_set_, set);
+  last_light_set_ = {};
+  last_lights_ = {};
   lights_ = std::move(lights);
   light_set_ = std::move(set);
   trees_ = {};
@@ -141,7 +151,17 @@ void CpuBackend::set_light_tree(LightTrees trees) {
 }
 
 ShadeResult CpuBackend::shade(const Camera& camera, int width, int height, const ShadeOptions& options,
-                              std::uint64_t memory_bytes, Statistics& statistics, const ProgressFn& callback) {
+                              std::uint64_t memory_bytes, Statistics& statistics, const ProgressFn& progress) {
+  try {
+    return shade_picture(camera, width, height, options, memory_bytes, statistics, progress);
+  } catch (...) {
+    kept_.forget();
+    throw;
+  }
+}
+
+ShadeResult CpuBackend::shade_picture(const Camera& camera, int width, int height, const ShadeOptions& options,
+                                      std::uint64_t memory_bytes, Statistics& statistics, const ProgressFn& callback) {
   const Loaded& scene = loaded();
   const std::uint64_t film_bytes =
       static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height) * Film::bytes_per_pixel();
@@ -157,11 +177,14 @@ ShadeResult CpuBackend::shade(const Camera& camera, int width, int height, const
   // What a tile does, from the method and the visibility chosen.
   const TileSource source{view, scene.cpu_scene.view(), scene.tracer, scene.emitters->view()};
   const RayVisibility rays(scene.tracer);
-  std::unique_ptr<LightMaps> maps;
+  LightMaps* maps = nullptr;
   const std::uint64_t left = memory_bytes == 0 ? 0 : std::max<std::uint64_t>(1, memory_bytes - film_bytes);
-  const MapLighting by_maps{source, light_set_, kernels_, ism_kernels(isa_), options, min_distance, left};
-  if (cuts && options.visibility == Visibility::ism) {
-    arena_.execute([&] { maps = std::make_unique<LightMaps>(by_maps, arena_.max_concurrency(), statistics); });
+  const MapLighting by_maps{source, light_set_, kernels_, ism_kernels(isa_), options, min_distance,
+                            left,   kept_,      counts_};
+  if (path || options.visibility != Visibility::ism) {
+    if (left != 0 && kept_.bytes() > left) kept_.forget();
+  } else if (cuts) {
+    arena_.execute([&] { maps = &maps_for_cuts(by_maps, arena_.max_concurrency(), statistics); });
   }
   const PacketVisibility* visibility = options.visibility == Visibility::rays ? &rays
                                        : maps != nullptr                      ? maps->visibility()

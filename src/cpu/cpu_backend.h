@@ -9,6 +9,7 @@
 #include "backend/emitter_table.h"
 #include "backend/find_occluders.h"
 #include "backend/scene_arrays.h"
+#include "cpu/ism/kept_maps.h"
 #include "cpu/light_set.h"
 #include "cpu/ray_tracer.h"
 #include "cpu/simd/isa.h"
@@ -35,6 +36,8 @@ class CpuBackend final : public Backend {
   [[nodiscard]] TreeCounts tree_counts() const override;
   ShadeResult shade(const Camera& camera, int width, int height, const ShadeOptions& options,
                     std::uint64_t memory_bytes, Statistics& statistics, const ProgressFn& progress) override;
+  void forget_maps() override { kept_.forget(); }
+  [[nodiscard]] std::uint64_t kept_bytes() const override { return kept_.bytes(); }
   [[nodiscard]] StageCounts stage_counts() const override { return counts_; }
 
  private:
@@ -52,6 +55,8 @@ class CpuBackend final : public Backend {
   };
 
   Loaded& loaded();
+  ShadeResult shade_picture(const Camera& camera, int width, int height, const ShadeOptions& options,
+                            std::uint64_t memory_bytes, Statistics& statistics, const ProgressFn& progress);
 
   Isa isa_;
   const ShadeKernels& kernels_;
@@ -59,6 +64,9 @@ class CpuBackend final : public Backend {
   std::unique_ptr<Loaded> loaded_;
   Lights lights_;
   LightSet light_set_;
+  Lights last_lights_;  ///< those that maps were kept of, while there are no others yet
+  LightSet last_light_set_;
+  KeptMaps kept_;
   LightTrees trees_;
   std::optional<std::uint64_t> drawn_with_;  ///< the seed of the trees' representatives; none of trees from elsewhere
   StageCounts counts_;

@@ -151,10 +151,14 @@ class Renderer::State {
 
   void open(Size size) {
     // A GPU's memory is counted by its backend; the budget given for it is not the host's.
-    if (options_.backend != BackendKind::cuda) {
-      require_memory(plan_memory(options_, size.width, size.height), memory_budget());
+    const MemoryPlan plan = plan_memory(options_, size.width, size.height);
+    if (options_.backend != BackendKind::cuda) require_memory(plan, memory_budget());
+    if (backend_ != nullptr && same_backend(options_, opened_with_)) {
+      const std::uint64_t budget = memory_budget();
+      const bool fits = budget == 0 || plan.peak() + backend_->kept_bytes() <= budget;
+      if (!backend_->has_own_memory() && !fits) backend_->forget_maps();
+      return;
     }
-    if (backend_ != nullptr && same_backend(options_, opened_with_)) return;
     close();
     backend_ = make_backend(options_);
     opened_with_ = options_;
@@ -225,7 +229,10 @@ class Renderer::State {
   }
 
   [[nodiscard]] std::uint64_t memory_budget() const {
-    return options_.memory_bytes > 0 ? options_.memory_bytes : default_memory_budget();
+    if (options_.memory_bytes > 0) return options_.memory_bytes;
+    // What is kept for this picture is not free, but serves it.
+    const std::uint64_t free = default_memory_budget();
+    return free == 0 || backend_ == nullptr ? free : free + backend_->kept_bytes();
   }
 
   /// The number of VPLs is met within 5 %, unless the scene's light cannot be made into so many.

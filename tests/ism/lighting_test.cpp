@@ -5,8 +5,10 @@
 #include "cpu/ism/shadow_map_pool.h"
 #include "cpu_shade/lit_backend.h"
 #include "cpu_shade/rooms.h"
+#include "ism/map_scene.h"
 #include "lightcuts/compare.h"
 #include "lightcuts/error.h"
+#include "lightcuts/renderer.h"
 
 namespace lightcuts {
 namespace {
@@ -125,6 +127,71 @@ TEST(LightcutsByMaps, ASmallBudgetMakesThemSlowerAndNothingElse) {
       EXPECT_GT(tight.statistics.shadow_maps.count, ample.statistics.shadow_maps.count) << "some are made again";
     }
   }
+}
+
+TEST(LightcutsByMaps, AreKeptForTheNextPictureAsFarAsTheBudgetGoes) {
+  const Scene scene = lit_room();
+  RenderOptions options;
+  options.backend = BackendKind::cpu;
+  options.width = 40;
+  options.height = 24;
+  options.threads = 2;
+  options.vpls.count = 700;
+  options.shade = by_maps();
+  options.shade.ism_points = 300;
+  options.shade.method = Method::lightcuts;
+  options.shade.error = 0.1f;
+  const auto tight = [](std::uint64_t maps) { return budget_for(maps, 800); };
+  for (const std::uint64_t memory : {std::uint64_t{0}, tight(300), tight(60)}) {
+    options.memory_bytes = memory;
+    Renderer renderer(scene, options);
+    std::uint64_t made[3] = {};
+    for (int i = 0; i < 3; ++i) {
+      Camera camera = room_camera();
+      if (i == 1) camera.world_from_camera.origin.x += 0.05f;
+      const std::uint64_t before = renderer.runs().shadow_maps;
+      const Image picture = renderer.render(camera).image;
+      made[i] = renderer.runs().shadow_maps - before;
+      expect_same(picture, render(scene, camera, options).image, 0);
+    }
+    EXPECT_EQ(renderer.runs().surface_points, 1u);
+    if (memory == 0) {
+      EXPECT_LT(made[1], made[0] / 4);
+      EXPECT_EQ(made[2], 0u);
+    }
+  }
+}
+
+TEST(ShadowMapPool, ForgetsSomeMapsAndTakesAnotherRoom) {
+  MapScene s(lit_room());
+  s.trace(500);
+  const SurfacePoints points(s.cpu_scene.view(), {300});
+  const ShadowMapOptions options{16};
+  const MapMaker maker(ism_kernels(selected_isa()), points, s.light_set, options);
+  const std::size_t all = MapMaker::maps_of(s.light_set);
+  ShadowMapPool pool(maker, all, 1);
+  ReceiverPacket receivers{};
+  receivers.position.y[0] = 0.5f;
+  receivers.ng.y[0] = 1;
+  const RayPacket16 rays{};
+  const auto share_of = [&](std::uint32_t light) {
+    alignas(64) float share[kPacketSize];
+    pool.shares({LightKind::vpl, light, receivers, rays, 1}, share);
+    return share[0];
+  };
+  std::vector<float> first;
+  for (std::uint32_t light = 0; light < 100; ++light) first.push_back(share_of(light));
+  EXPECT_EQ(pool.made(), 100u);
+  pool.begin_picture();
+  pool.forget({{3, 4, 400}, {}, {}});
+  EXPECT_FALSE(pool.has_room_for_all()) << "the places of two are lost";
+  EXPECT_TRUE(pool.change_room(all + 64));
+  EXPECT_TRUE(pool.has_room_for_all());
+  for (std::uint32_t light = 0; light < 100; ++light) EXPECT_EQ(share_of(light), first[light]);
+  EXPECT_EQ(pool.made(), 2u);
+  EXPECT_FALSE(pool.change_room(64)) << "there are more";
+  EXPECT_GE(pool.bytes(), 102 * MapBlocks::stride(options));
+  EXPECT_LE(pool.bytes(), 192 * MapBlocks::stride(options));
 }
 
 TEST(LightcutsByMaps, WithoutErrorAreTheSumOverAllMapsButForWhatIsHidden) {

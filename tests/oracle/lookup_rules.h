@@ -12,6 +12,7 @@ enum class TapWeights {
   middle,  ///< the receiver's texel alone
   heavy,   ///< a half for the receiver's texel, an eighth for each other
   linear,  ///< by the receiver's place between the centres of texels
+  two      ///< the same of its own texel and the nearest one beside it
 };
 
 /// Rules of a lookup to compare, of which lookup_visibility is one: how far in front of the receiver an occluder must be to count,
@@ -51,12 +52,14 @@ float look_up_by(const LookupRule& rule, const MapView& view, Vec3 local, Vec3 n
     outer /= std::abs(away_from_zero(facing));
   }
   // From the texel's centre, in texels.
-  const float right = clamp_to((plane.at.u - texel_centre(x, size)) * half, -0.5f, 0.5f);
-  const float up = clamp_to((plane.at.v - texel_centre(y, size)) * half, -0.5f, 0.5f);
+  float right = clamp_to((plane.at.u - texel_centre(x, size)) * half, -0.5f, 0.5f);
+  float up = clamp_to((plane.at.v - texel_centre(y, size)) * half, -0.5f, 0.5f);
   float sum = 0, left_over = 1;
   for (int tap = 1; tap < kTaps; ++tap) {
     float weight = rule.weights == TapWeights::even ? 1.0f / kTaps : 0.125f;
-    if (rule.weights == TapWeights::linear) {
+    if (rule.weights == TapWeights::two && std::abs(right) > std::abs(up)) up = 0;
+    if (rule.weights == TapWeights::two && std::abs(up) > std::abs(right)) right = 0;
+    if (rule.weights == TapWeights::linear || rule.weights == TapWeights::two) {
       weight = max_of(0.0f, right * static_cast<float>(tap_x(tap)) + up * static_cast<float>(tap_y(tap)));
     }
     if (weight == 0) continue;

@@ -22,6 +22,8 @@ struct ShadowMapOptions {
   HoleFill fill = HoleFill::edges;
   PointChoice choice = PointChoice::block;
   std::uint64_t seed = 1;
+
+  bool operator==(const ShadowMapOptions&) const = default;
 };
 
 /// Makes single maps.

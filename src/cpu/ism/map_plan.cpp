@@ -14,6 +14,8 @@ constexpr std::uint64_t kBatchBytes = std::uint64_t{32} << 20;
 /// Each kind of light may have one light more in a batch than in another, a point light with two maps.
 constexpr std::uint64_t kUneven = 4;
 constexpr std::uint64_t kFewestMaps = 2 * kUneven;
+/// More maps of all lights are made for each picture anew: taking so much memory would cost most of what keeping saves.
+constexpr std::uint64_t kMostKept = std::uint64_t{256} << 20;
 
 }  // namespace
 
@@ -35,6 +37,8 @@ MapPlan plan_maps(const LightSet& lights, const PointOptions& points, const Shad
   const std::uint64_t fits = budget == 0 ? plan.maps + kUneven : (budget - fixed) / per_map;
   const std::uint64_t at_once = std::max(kFewestMaps, std::min(fits, kBatchBytes / per_map)) - kUneven;
   plan.batches = static_cast<std::size_t>(std::max<std::uint64_t>(1, (plan.maps + at_once - 1) / at_once));
+  const std::uint64_t all = (plan.maps + kUneven * plan.batches) * per_map + 4 * light_count * plan.batches;
+  plan.keeps_all = all <= kMostKept && (budget == 0 || all <= budget - fixed);
   return plan;
 }
 

@@ -12,6 +12,7 @@ namespace lightcuts {
 struct MapPlan {
   std::size_t batches = 1;
   std::uint64_t maps = 0;  ///< of all batches together
+  bool keeps_all = false;  ///< the maps of all batches fit, and are few enough to be kept for the next picture
 };
 
 /// Plans before memory is taken. Batch b has every `batches`-th light from the b-th on.

@@ -40,6 +40,54 @@ void ShadowMapPool::clear() {
   }
   most_ = most();
   taken_ = 0;
+  lost_ = 0;
+}
+
+void ShadowMapPool::forget(const LightIds& ids) {
+  const auto forget_those = [this](LightKind kind, const std::vector<std::uint32_t>& lights) {
+    for (const std::uint32_t light : lights) {
+      Slot& slot = slot_of(kind, light);
+      if (slot.load(std::memory_order_relaxed) == kMissing) continue;
+      // The light has changed: whether it had two maps is not known any more.
+      lost_ += kind == LightKind::point ? 2 : 1;
+      slot.store(kMissing, std::memory_order_relaxed);
+    }
+  };
+  forget_those(LightKind::vpl, ids.vpls);
+  forget_those(LightKind::point, ids.points);
+  forget_those(LightKind::directional, ids.directionals);
+  if (2 * lost_ > taken_.load()) clear();
+}
+
+bool ShadowMapPool::change_room(std::size_t room) {
+  if (room == room_) return true;
+  // The last chunk may have been made for fewer maps than the others.
+  const bool whole = room_ % kChunk == 0 || !chunk_there_[room_ / kChunk].load();
+  if (!whole || divided_ || taken_.load() > room) return false;
+  const std::size_t count = (room + kChunk - 1) / kChunk;
+  auto there = std::make_unique<std::atomic<bool>[]>(count);
+  for (std::size_t i = 0; i < std::min(count, chunks_.size()); ++i) there[i] = chunk_there_[i].load();
+  if (room % kChunk != 0 && room < room_ && there[count - 1].load()) return false;
+  chunks_.resize(count);
+  chunk_there_ = std::move(there);
+  room_ = room;
+  return true;
+}
+
+void ShadowMapPool::begin_picture() {
+  if (divided_) clear();
+  divided_ = false;
+  most_ = 0;
+  made_ = 0;
+  making_ns_ = 0;
+}
+
+std::uint64_t ShadowMapPool::bytes() const {
+  std::uint64_t maps = 0;
+  for (std::size_t i = 0; i < chunks_.size(); ++i) {
+    if (chunk_there_[i].load()) maps += std::min(kChunk, room_ - i * kChunk);
+  }
+  return maps * MapBlocks::stride(maker_.options());
 }
 
 std::size_t ShadowMapPool::most() const { return divided_ ? room_ : std::max(most_, std::min(taken_.load(), room_)); }

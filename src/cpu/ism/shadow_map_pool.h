@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "cpu/ism/map_blocks.h"
+#include "cpu/ism/shadow_map_set.h"
 #include "cpu/visibility.h"
 
 namespace lightcuts {
@@ -36,11 +37,20 @@ class ShadowMapPool final : public PacketVisibility {
 
   /// Forgets all maps but keeps their memory.
   void clear();
+  /// Forgets the maps of some lights; their places stay taken until all are forgotten.
+  void forget(const LightIds& ids);
+  /// Plans for another number of maps; false, and nothing changed, where those that are there would not fit.
+  bool change_room(std::size_t room);
+  /// Counts anew what was made; the room is no longer divided.
+  void begin_picture();
   /// From now on the room is divided among the threads, each of which replaces its own maps: slower, and never full.
   void divide();
   [[nodiscard]] bool divided() const { return divided_; }
 
   [[nodiscard]] std::size_t room() const { return room_; }
+  /// No lookup of any light will throw.
+  [[nodiscard]] bool has_room_for_all() const { return room_ >= MapMaker::maps_of(maker_.lights()) + lost_; }
+  [[nodiscard]] std::uint64_t bytes() const;                       ///< taken by maps
   [[nodiscard]] std::size_t made() const { return made_.load(); }  ///< maps, those made again counted again
   [[nodiscard]] std::size_t most() const;                          ///< maps that were there at a time
   [[nodiscard]] double making_ms() const { return 1e-6 * static_cast<double>(making_ns_.load()); }  ///< of all threads
@@ -81,6 +91,7 @@ class ShadowMapPool final : public PacketVisibility {
   mutable std::atomic<std::uint64_t> making_ns_{0};
   mutable std::vector<std::uint64_t> owner_;  ///< divided: which map of which light each place holds
   std::size_t most_ = 0;
+  std::size_t lost_ = 0;  ///< places of forgotten maps
 };
 
 }  // namespace lightcuts

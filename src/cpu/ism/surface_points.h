@@ -13,6 +13,8 @@ struct PointOptions {
   std::uint32_t per_map = 8000;  ///< points that a map is drawn from
   float overlap = 1.7f;  ///< radius of a disc relative to that of a circle with the area that a point stands for
   std::uint64_t seed = 1;
+
+  bool operator==(const PointOptions&) const = default;
 };
 
 /// Points on all surfaces, evenly by area, in an order of which every block covers all surfaces evenly.
@@ -35,6 +37,10 @@ class SurfacePoints {
     return {arrays_.normal_x[i], arrays_.normal_y[i], arrays_.normal_z[i]};
   }
   [[nodiscard]] double area() const { return area_; }  ///< of all surfaces that masks leave [m^2]
+
+  [[nodiscard]] std::uint64_t bytes() const {
+    return values_.size() * sizeof(float) + shape_.size() * sizeof(std::uint32_t) + shapes_.size() * sizeof(DiscShape);
+  }
 
   /// How many points are made, and what they take at most [bytes].
   static std::size_t count_for(const PointOptions& options);

@@ -166,6 +166,43 @@ void errors(const Options& options) {
   }
 }
 
+/// Errors of many draws of the representatives of one set of lights.
+void draws(const Options& options) {
+  fmt::print(
+      "scene,visibility,lights,method,error,draws,mean_size,mean_error,largest_mean_error,p99,largest_p99,signed_mean,"
+      "signed_rms,largest_signed\n");
+  for (const std::string& scene : options.scenes) {
+    for (const std::uint64_t vpls : options.vpls) {
+      Stage stage(scene, vpls, 1, options.threads);
+      const Image reference = stage.shade(shade_options(options, "all", 0), options.size, 1).image;
+      for (const std::string& method : options.methods) {
+        if (method == "all") continue;
+        for (const float error : options.errors) {
+          double size = 0, mean = 0, most = 0, p99 = 0, most99 = 0, sum = 0, sq = 0, largest = 0;
+          for (int seed = 1; seed <= options.seeds; ++seed) {
+            stage.build(TreeBuilder::ploc, Metric::walter, static_cast<std::uint64_t>(seed));
+            const Measured m = stage.shade(shade_options(options, method, error), options.size, 1);
+            const Comparison c = compare(m.image, reference);
+            size += m.statistics.cut.mean;
+            mean += c.mean_relative_error;
+            most = std::max(most, c.mean_relative_error);
+            p99 += c.p99_relative_error;
+            most99 = std::max(most99, c.p99_relative_error);
+            sum += c.signed_relative_error;
+            sq += c.signed_relative_error * c.signed_relative_error;
+            largest = std::max(largest, std::fabs(c.signed_relative_error));
+          }
+          const double n = options.seeds;
+          fmt::print("{},{},{},{},{},{},{:.1f},{:.3f},{:.3f},{:.2f},{:.2f},{:.3f},{:.3f},{:.3f}\n", scene,
+                     options.visibility, stage.light_count(), method, error, options.seeds, size / n, 100 * mean / n,
+                     100 * most, 100 * p99 / n, 100 * most99, 100 * sum / n, 100 * std::sqrt(sq / n), 100 * largest);
+          std::fflush(stdout);
+        }
+      }
+    }
+  }
+}
+
 /// Mean cuts by builder and metric, over the seeds of lights and tree; then the quotient to the greedy builder's with
 /// Walter's metric.
 void trees(const Options& options) {
@@ -212,8 +249,10 @@ int run(int argc, char** argv) {
   app.require_subcommand(1);
   CLI::App* speed_command = app.add_subcommand("speed", "time a pixel of every method");
   CLI::App* errors_command = app.add_subcommand("errors", "error and size by bound, as CSV");
+  CLI::App* draws_command =
+      app.add_subcommand("draws", "error of many draws of the representatives of the same lights, as CSV, percent");
   CLI::App* trees_command = app.add_subcommand("trees", "mean cut by builder and metric, as CSV");
-  for (CLI::App* command : {speed_command, errors_command, trees_command}) {
+  for (CLI::App* command : {speed_command, errors_command, draws_command, trees_command}) {
     command->add_option("--scenes", options.scenes, "files, or builtin:NAME");
     command->add_option("--vpls", options.vpls, "numbers of VPLs");
     command->add_option("--errors", options.errors, "bounds");
@@ -231,7 +270,10 @@ int run(int argc, char** argv) {
     command->add_option("--threads", options.threads, "0: all");
   }
   CLI11_PARSE(app, argc, argv);
-  (speed_command->parsed() ? speed : errors_command->parsed() ? errors : trees)(options);
+  (speed_command->parsed()    ? speed
+   : errors_command->parsed() ? errors
+   : draws_command->parsed()  ? draws
+                              : trees)(options);
   return 0;
 }
 

@@ -109,6 +109,7 @@ struct Statistics {
     std::uint64_t max = 0;
     double at_limit = 0;
     std::uint64_t lights_used = 0;
+    double gain = 1;  ///< what the light of nodes was multiplied by, so that the mean over the picture is right
   } cut;
   double clamped = 0;  ///< share of the energy that the minimum distance took
   struct {

@@ -207,7 +207,7 @@ ShadeResult CpuBackend::shade_picture(const Camera& camera, int width, int heigh
 
   ++counts_.pictures;
   Film film(width, height, cuts);
-  TileCounts counts;
+  TileCounts counts, tested;
   std::uint32_t film_samples = samples;
   if (options.method == Method::instant_radiosity && options.visibility == Visibility::ism) {
     arena_.execute([&] { film_samples = light_by_maps(by_maps, film, progress, callback, counts, statistics); });
@@ -216,10 +216,20 @@ ShadeResult CpuBackend::shade_picture(const Camera& camera, int width, int heigh
     maps->report(statistics);
   } else {
     arena_.execute([&] {
+      // A limited cut is off by more than a factor for the whole picture can mend.
+      const bool calibrated = cuts && options.cut == CutWalk::packet && options.max_cut == 0;
+      double gains = 0;
       DrawPerSample draw(trees_, cuts ? drawn_with_ : std::nullopt);
       counts = for_each_tile(view, film, progress, render_tile, [&](std::uint32_t sample) {
         if (draw(sample)) packet.representatives_changed();
+        if (!calibrated) return;
+        const CutTests tests = packet.calibrate(source, sample, drawn_with_.value_or(0), progress);
+        tested.rays += tests.rays;
+        tested.pairs += tests.pairs;
+        gains += packet.gain() / samples;
       });
+      counts = sum_of({counts, tested});
+      if (calibrated && !progress.stopped()) statistics.cut.gain = gains;
     });
   }
 

@@ -23,6 +23,7 @@ struct CutContext {
   std::uint32_t max_cut;               ///< largest cut, 0: none
   LightMarks& marks;
   OccluderView occluders{};  ///< what hides lights for certain; none without shadows
+  double gain = 1;           ///< the light of nodes that are not single lights is multiplied by this; see calibration.h
 
   /// What a node's bound on luminance may be at most [same unit as total].
   [[nodiscard]] double threshold(double total) const { return error * (1 - kThresholdSlack) * total; }

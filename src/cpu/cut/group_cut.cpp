@@ -367,8 +367,10 @@ class GroupCut {
     pixels_.for_each_pending([&](int i) {
       if ((packets >> (i / kPacketSize) & 1u) == 0) return;
       PixelState& pixel = pixels_[i];
+      amplify(pixel);
       pixel.total = pixels_.reflected(i, pixel.light);
-      if (!all && pixel.largest > context_.threshold(pixel.total)) {
+      // Beyond the last round there are only lights left that are too weak for a weight to tell from nothing.
+      if (!all && pixel.rounds <= kMostRounds && pixel.largest > context_.threshold(pixel.total)) {
         const double wanted = kNextCaution * context_.threshold(pixel.total);
         const double lowest = std::min<double>(pixel.threshold, pixel.largest) / kLargestDrop;
         pixel.threshold = pixel.rounds >= kMostRounds ? 0 : std::max(wanted, lowest);
@@ -377,12 +379,21 @@ class GroupCut {
       const std::uint8_t at = group_.pixels[i];
       out_.light[at] = pixel.light;
       out_.lost[at] = pixel.lost;
+      if (tools_.listener != nullptr) tools_.listener->lit(at, pixel.fixed);
       record_cut(out_, at, size, pixel.largest, pixel.total, context_);
       done[done_count++] = at;
       pixels_.leave(i);
     });
     if (done_count == 0) return;
     for (const LightKind kind : kLightKinds) report(kind, scratch_.entries[index(kind)], {done, done_count});
+  }
+
+  /// Multiplies the light of inner nodes by the gain. What a node is off by grows at most as its bound does.
+  void amplify(PixelState& pixel) const {
+    const Vec3T<double> inner = pixel.light - pixel.fixed;
+    if (context_.gain == 1 || !std::isfinite(luminance(inner))) return;
+    pixel.light = pixel.fixed + inner * context_.gain;
+    pixel.largest *= static_cast<float>(std::max(context_.gain, 1.0));
   }
 
   const CutTools& tools_;

@@ -24,6 +24,8 @@ class CutListener {
   /// A node that none of the pixels sees: it belongs to the cut too, but gives nothing.
   virtual void hidden(LightKind kind, std::uint32_t node, const ReceiverGroup<float>& group,
                       std::span<const std::uint8_t> pixels) = 0;
+  /// A pixel's cut is complete; `leaves`: the part of its light that single lights give.
+  virtual void lit(std::uint8_t /*pixel*/, const Vec3T<double>& /*leaves*/) {}
 };
 
 /// How the work is cut up: measured, see docs/results/cut.md.

@@ -36,46 +36,42 @@ PixelLights::PixelLights(const CutContext& context, const SurfacePacket& packet,
       ng_(lane_of(packet.receivers.ng, lane)),
       weights_(reflected_weights(lane_of(packet.albedo, lane))) {}
 
-UnitLight PixelLights::seen(LightKind kind, std::uint32_t light, UnitLight unit, Vec3 direction, float t_max) {
-  if (context_.visibility == nullptr || !(unit.clamped > 0)) return unit;
-  // One ray in all lanes: whatever looks at the packet as a whole finds it coherent.
-  RayPacket16 rays;
-  std::fill(std::begin(rays.ox), std::end(rays.ox), position_.x);
-  std::fill(std::begin(rays.oy), std::end(rays.oy), position_.y);
-  std::fill(std::begin(rays.oz), std::end(rays.oz), position_.z);
-  std::fill(std::begin(rays.dx), std::end(rays.dx), direction.x);
-  std::fill(std::begin(rays.dy), std::end(rays.dy), direction.y);
-  std::fill(std::begin(rays.dz), std::end(rays.dz), direction.z);
-  std::fill(std::begin(rays.t_min), std::end(rays.t_min), 0.0f);
-  std::fill(std::begin(rays.t_max), std::end(rays.t_max), t_max);
-  alignas(64) float share[kPacketSize];
-  rays_ += context_.visibility->shares({kind, light, receivers_, rays, 1u << lane_}, share);
-  return {unit.clamped * share[lane_], unit.unclamped * share[lane_]};
-}
-
-UnitLight PixelLights::evaluate(LightKind kind, std::uint32_t light) {
-  ++evaluations_;
+LightWay PixelLights::way_to(LightKind kind, std::uint32_t light) const {
   const Receiver<float> receiver{position_, ns_, ng_};
   switch (kind) {
     case LightKind::vpl: {
       const Vpl& vpl = context_.lights.vpls[light];
       const VplFactor<float> factor = vpl_factor(receiver, vpl.position, vpl.axis, context_.min_distance_sq);
-      return seen(kind, light, {factor.clamped, factor.unclamped}, offset_point(vpl.position, vpl.axis) - position_,
-                  1.0f);
+      return {{factor.clamped, factor.unclamped}, offset_point(vpl.position, vpl.axis) - position_, 1.0f};
     }
     case LightKind::point: {
       const PointRecord& point = context_.lights.points[light];
       const Spot<float> spot{point.position, point.axis, point.cos_outer, point.inverse_range};
       const float factor = point_factor(receiver, spot);
-      return seen(kind, light, {factor, factor}, point.position - position_, 1.0f);
+      return {{factor, factor}, point.position - position_, 1.0f};
     }
     case LightKind::directional: {
       const Vec3 direction = context_.lights.directionals[light].direction;
       const float factor = directional_factor(receiver, direction);
-      return seen(kind, light, {factor, factor}, -direction, std::numeric_limits<float>::infinity());
+      return {{factor, factor}, -direction, std::numeric_limits<float>::infinity()};
     }
   }
   return {};
+}
+
+UnitLight PixelLights::seen(LightKind kind, std::uint32_t light, const LightWay& way) {
+  if (context_.visibility == nullptr || !(way.unit.clamped > 0)) return way.unit;
+  // One ray in all lanes: whatever looks at the packet as a whole finds it coherent.
+  RayPacket16 rays;
+  for (int lane = 0; lane < kPacketSize; ++lane) rays.set(lane, position_, way.direction, way.t_max);
+  alignas(64) float share[kPacketSize];
+  rays_ += context_.visibility->shares({kind, light, receivers_, rays, 1u << lane_}, share);
+  return {way.unit.clamped * share[lane_], way.unit.unclamped * share[lane_]};
+}
+
+UnitLight PixelLights::evaluate(LightKind kind, std::uint32_t light) {
+  ++evaluations_;
+  return seen(kind, light, way_to(kind, light));
 }
 
 float PixelLights::bound(LightKind kind, const LightNode& node) const {

@@ -223,7 +223,7 @@ ShadeResult CpuBackend::shade_picture(const Camera& camera, int width, int heigh
       counts = for_each_tile(view, film, progress, render_tile, [&](std::uint32_t sample) {
         if (draw(sample)) packet.representatives_changed();
         if (!calibrated) return;
-        const CutTests tests = packet.calibrate(source, sample, drawn_with_.value_or(0), progress);
+        const CutTests tests = packet.calibrate(source, sample, drawn_with_.value_or(0), options.error, progress);
         tested.rays += tests.rays;
         tested.pairs += tests.pairs;
         gains += packet.gain() / samples;

@@ -31,6 +31,21 @@ TEST(CutTests, GainIsOnePlusTheMeanDifferenceAsFarAsItIsCertain) {
   }
 }
 
+TEST(CutTests, OnlyDifferencesFarAboveTheUsualAskForAFinerBound) {
+  const auto at = [](double deviation, double error, std::uint64_t count = 100) {
+    CutTests tests;
+    tests.count = count;
+    tests.difference_sq = static_cast<double>(count) * deviation * deviation;
+    return tests.suitable_error(error, 0.02);
+  };
+  EXPECT_EQ(at(0.0, 0.02), 0.02);
+  EXPECT_EQ(at(0.01, 0.012), 0.012);  // a coarser one is never asked for
+  EXPECT_EQ(at(0.028, 0.02), 0.02);
+  EXPECT_NEAR(at(0.03, 0.02), 0.02 * std::pow(0.75, 1 / 0.7), 1e-9);
+  EXPECT_NEAR(at(1.0, 0.02), 0.012, 1e-9);
+  EXPECT_EQ(at(1.0, 0.02, 20), 0.02);  // too few to tell
+}
+
 Tile tile_of(const SurfacePacket& packet) {
   Tile tile{};
   tile.packets[0] = packet;

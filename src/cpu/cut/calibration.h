@@ -26,6 +26,9 @@ struct CutTests {
   void add(const CutTests& other);
   /// Tests after which the mean difference has this standard error.
   [[nodiscard]] double needed(double standard_error) const;
+  /// The bound on nodes, relative to a pixel's total, that brings differences down to what is wanted of a picture if these are
+  /// far above it at `error`; else `error`. @param promised  the bound that was asked for: what is wanted goes by it
+  [[nodiscard]] double suitable_error(double error, double promised) const;
   /// By what the light of inner nodes is to be multiplied; nearer to 1 where the difference is not certain.
   [[nodiscard]] double gain() const;
 };

@@ -34,13 +34,11 @@ const GroupTuning& tuning_for(const PacketVisibility* visibility) {
 
 /// Standard error that the mean of a picture's calibration is to have: a third of what a picture may be off by, 0.2 %.
 constexpr double kLevelError = 6e-4;
-/// Pixels tested of a tile.
-constexpr int kTestsPerTile = 4;
+/// Pixels tested of a tile; in small pictures, which have few tiles, as many as come to cost as much as the tile.
+constexpr int kTestsPerTile = 4, kTestsPerTileAtMost = 8;
 /// Tiles after which the number of tests needed is known.
 constexpr std::size_t kFirstTiles = 64;
 constexpr std::uint64_t kMostTiles = 1024;
-/// In small pictures a test costs as much as several pixels do.
-constexpr std::uint64_t kPixelsPerTest = 16;
 
 std::uint64_t corner(int x0, int y0) {
   return (std::uint64_t{static_cast<std::uint32_t>(y0)} << 32) | static_cast<std::uint32_t>(x0);
@@ -52,11 +50,14 @@ std::uint64_t combine(std::uint64_t seed, std::uint32_t sample, std::uint64_t ti
   return derive_seed(derive_seed(seed, sample), tile);
 }
 
+int tests_of_tile(const View& view) {
+  return tile_count(view) < static_cast<double>(kMostTiles) ? kTestsPerTileAtMost : kTestsPerTile;
+}
+
 /// Corners of tiles that lie evenly in the picture however many of them are taken, each once.
 std::vector<std::uint64_t> spread_tiles(const View& view, std::uint32_t sample, std::uint64_t seed) {
-  const std::uint64_t pixels = static_cast<std::uint64_t>(view.width) * static_cast<std::uint64_t>(view.height);
-  const std::uint64_t tests = pixels / (std::uint64_t{kPixelsPerTest} * view.sample_count);
-  const std::uint64_t most = std::min<std::uint64_t>(kMostTiles, tests / kTestsPerTile);
+  const auto all = static_cast<std::uint64_t>(tile_count(view));
+  const std::uint64_t most = std::min(kMostTiles, all / view.sample_count);
   const Sample4 shift = philox(sample, 0, 0x706c6163u, seed);
   std::vector<std::uint64_t> tiles;
   std::unordered_set<std::uint64_t> seen;
@@ -74,7 +75,11 @@ std::vector<std::uint64_t> spread_tiles(const View& view, std::uint32_t sample, 
 }  // namespace
 
 PacketLighter::PacketLighter(const CutContext& context, const CutKernels& cut, const ShadeKernels& shade)
-    : context_(context), cut_(cut), shade_(shade), frontier_(make_frontier(context, kFrontierSize)) {}
+    : context_(context),
+      first_error_(context.error),
+      cut_(cut),
+      shade_(shade),
+      frontier_(make_frontier(context, kFrontierSize)) {}
 
 void PacketLighter::representatives_changed() { frontier_ = make_frontier(context_, kFrontierSize); }
 
@@ -87,17 +92,27 @@ bool PacketLighter::light(const Tile& tile, Progress& progress, TileLight& out) 
     return progress.advance(1);
   }
   // It was lit, and reported, for the tests.
-  if (!tested->second->take(context_, tile, out)) cut_pixels(tools(), tile.packets, scratch_.local(), out);
+  if (!tested->second->take(context_, tile, out)) {
+    out = {};
+    cut_pixels(tools(), tile.packets, scratch_.local(), out);
+  }
   return progress.advance(0);
 }
 
 CutTests PacketLighter::calibrate(const TileSource& source, std::uint32_t sample, std::uint64_t seed,
-                                  Progress& progress) {
+                                  float promised_error, Progress& progress) {
   context_.gain = 1;
+  context_.error = first_error_;
   tested_.clear();
   const std::vector<std::uint64_t> tiles = spread_tiles(source.view, sample, seed);
   const std::size_t first = std::min(kFirstTiles, tiles.size());
   CutTests tests = test({source, sample, seed, progress}, {tiles.data(), first});
+  const auto suitable = static_cast<float>(tests.suitable_error(double{first_error_}, double{promised_error}));
+  if (suitable != context_.error) {
+    context_.error = suitable;
+    tested_.clear();
+    tests = test({source, sample, seed, progress}, {tiles.data(), first});
+  }
   // The samples of a pixel share the work: what remains of their errors averages out too.
   const double needed = tests.needed(kLevelError * std::sqrt(static_cast<double>(source.view.sample_count)));
   const double more =
@@ -120,7 +135,7 @@ CutTests PacketLighter::test(const Testing& testing, std::span<const std::uint64
                    testing.sample, source.scene, source.tracer, source.emitters);
     const std::uint64_t own = combine(testing.seed, testing.sample, tiles[i]);
     found[i] = std::make_unique<TestedTile>();
-    test_cuts(tools(), tracer, tile, kTestsPerTile, own, scratch_.local(), *found[i]);
+    test_cuts(tools(), tracer, tile, tests_of_tile(source.view), own, scratch_.local(), *found[i]);
     testing.progress.advance(1);
   });
   CutTests sum;

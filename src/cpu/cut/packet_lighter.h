@@ -20,8 +20,10 @@ class PacketLighter final : public TileLighter {
   /// To be called when other lights represent the trees' nodes.
   void representatives_changed();
   /// Finds by what the representatives of a sample of a picture are off on average, and takes it from all light from now
-  /// on; returns what was tested. The tiles lit for it need not be lit again.
-  CutTests calibrate(const TileSource& source, std::uint32_t sample, std::uint64_t seed, Progress& progress);
+  /// on; returns what was tested. The bound on nodes becomes finer than `promised_error` asks for where representatives are off by
+  /// far more than is usual. The tiles lit for it need not be lit again.
+  CutTests calibrate(const TileSource& source, std::uint32_t sample, std::uint64_t seed, float promised_error,
+                     Progress& progress);
   /// What the light of nodes that are not single lights is multiplied by.
   [[nodiscard]] double gain() const { return context_.gain; }
   bool light(const Tile& tile, Progress& progress, TileLight& out) const override;
@@ -38,6 +40,7 @@ class PacketLighter final : public TileLighter {
   CutTests test(const Testing& testing, std::span<const std::uint64_t> tiles);
 
   CutContext context_;
+  float first_error_;  ///< bound before the tests
   const CutKernels& cut_;
   const ShadeKernels& shade_;
   Frontier frontier_;

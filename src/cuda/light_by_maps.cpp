@@ -44,8 +44,9 @@ std::uint32_t plan_maps_at_once(std::uint64_t budget, std::uint64_t fixed, std::
 MapLighter::MapLighter(Device& device, const DevicePoints& points, const LightArrays& lights, const MapOptions& options,
                        std::uint64_t budget)
     : device_(&device), points_(&points), lights_(lights), options_(options) {
-  const std::uint32_t at_once = plan_maps_at_once(budget, DeviceMaps::fixed_bytes(device, options, lights),
-                                                  DeviceMaps::bytes_per_map(options), most_maps(lights), options.size);
+  const std::uint32_t at_once =
+      plan_maps_at_once(budget, DeviceMaps::fixed_bytes(device, options, lights) + kSumByMapsBytes,
+                        DeviceMaps::bytes_per_map(options), most_maps(lights), options.size);
   maps_.emplace(device, options, lights, at_once);
 }
 

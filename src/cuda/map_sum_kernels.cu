@@ -10,22 +10,23 @@ namespace {
 
 constexpr int kThreads = 128;
 constexpr std::uint32_t kBlockLights = 256;  ///< summed in single precision before they go into the total
-constexpr std::uint32_t kTileLights = 32;    ///< that a block of threads has in shared memory at a time
+constexpr std::uint32_t kTileLights = 32;    ///< that a warp looks at together
 /// About a tenth of a second a launch on a slow GPU.
 constexpr std::uint64_t kLaunchPairs = 2'000'000'000u;
 
 using PixelReceiver = Receiver<float>;
 
-/// A pixel's running sums.
+/// A pixel's running sums of a block of lights.
 struct Sums {
   Vec3 block{};
   float block_lost = 0;
-  Vec3T<double> total{};
-  double lost = 0;
 
-  __device__ void close_block() {
-    total += Vec3T<double>{block.x, block.y, block.z};
-    lost += block_lost;
+  /// Adds them to the pixel's total. Rarely done: that one stays in memory, where it takes no registers.
+  __device__ void close_block(const SumView& out, std::uint32_t slot, bool inside) {
+    if (inside) {
+      out.light[slot] += Vec3T<double>{block.x, block.y, block.z};
+      out.lost[slot] += block_lost;
+    }
     block = {};
     block_lost = 0;
   }
@@ -33,19 +34,18 @@ struct Sums {
 
 // --- VPLs: one thread a pixel, lights through shared memory ---
 
-/// A VPL and its map as the inner loop reads them, 16 bytes at a time; the axis is the map's.
+/// A VPL and its map as the loops read them, 16 bytes at a time; the axis is the map's.
 struct alignas(16) LitVpl {
   Vec3 position;
-  float unused;
+  std::uint32_t slot;  ///< of its map, kNone: all of its light arrives
   Vec3 z;
   float steps;  ///< as MapRecord
   Vec3 x;
   float bias_steps;
   Vec3 y;
-  std::uint32_t has_map;  ///< 0: all of its light arrives
+  float unused;
   Vec3 intensity;
   float padding;
-  const void* codes;
 };
 
 /// A pixel as the inner loop reads it; the normals are negated, towards the way that light comes.
@@ -53,24 +53,49 @@ struct LitPixel {
   Vec3 position, ns, ng;
 };
 
-template <class Depth>
-__device__ LitVpl load_vpl(const Vpl* lights, const MapSetView& maps, std::uint32_t i) {
+/// Lights a launch, whose copies are made before.
+constexpr std::uint32_t kLaunchLights = 1u << 13;
+
+__global__ void __launch_bounds__(kThreads)
+    pack_vpls_kernel(const Vpl* __restrict__ lights, std::uint32_t first, std::uint32_t count, MapSetView maps,
+                     LitVpl* __restrict__ packed) {
+  const std::uint32_t i = blockIdx.x * kThreads + threadIdx.x;
+  if (i >= count) return;
+  const Vpl light = lights[first + i];
   LitVpl lit{};
-  const Vpl light = lights[i];
   lit.position = light.position;
   lit.intensity = light.intensity;
   lit.z = light.axis;
-  const std::uint32_t slot = maps.vpl_slots[i];
-  lit.has_map = slot == kNone ? 0 : 1;
-  if (slot == kNone) return lit;
-  const MapRecord map = maps.records[slot];
-  lit.z = map.z;
-  lit.steps = map.steps;
-  lit.x = map.x;
-  lit.bias_steps = map.bias_steps;
-  lit.y = map.y;
-  lit.codes = static_cast<const Depth*>(maps.codes) + static_cast<std::size_t>(slot) * (maps.size * maps.size);
-  return lit;
+  lit.slot = maps.vpl_slots[first + i];
+  if (lit.slot != kNone) {
+    const MapRecord map = maps.records[lit.slot];
+    lit.z = map.z;
+    lit.steps = map.steps;
+    lit.x = map.x;
+    lit.bias_steps = map.bias_steps;
+    lit.y = map.y;
+  }
+  packed[i] = lit;
+}
+
+/// Reads a light, and again where it is called again: registers are worth more here than loads.
+__device__ LitVpl read_vpl(const LitVpl* from) {
+  float4 w[5];
+#pragma unroll
+  for (int i = 0; i < 5; ++i) {
+    asm volatile("ld.global.nc.v4.f32 {%0, %1, %2, %3}, [%4];"
+                 : "=f"(w[i].x), "=f"(w[i].y), "=f"(w[i].z), "=f"(w[i].w)
+                 : "l"(reinterpret_cast<const float4*>(from) + i));
+  }
+  const auto vector = [&](int i) { return Vec3{w[i].x, w[i].y, w[i].z}; };
+  return {vector(0), __float_as_uint(w[0].w), vector(1), w[1].w, vector(2), w[2].w, vector(3), w[3].w, vector(4),
+          w[4].w};
+}
+
+template <class Depth, int Size>
+__device__ const Depth* codes_of(const MapSetView& maps, std::uint32_t slot) {
+  const int size = Size > 0 ? Size : maps.size;
+  return static_cast<const Depth*>(maps.codes) + static_cast<std::size_t>(slot) * (size * size);
 }
 
 __device__ MapRecord map_of(const LitVpl& lit) {
@@ -87,15 +112,24 @@ __device__ MapRecord map_of(const LitVpl& lit) {
   return map;
 }
 
-/// What all pixels of a warp get of a VPL's light, or kEachItsOwn; 0 where it lies behind their surface.
+/// What all pixels of a warp get of a VPL's light.
+struct WarpLook {
+  std::uint32_t texels;  ///< see look_up_group_texels
+  bool plain;  ///< it lies before all of their surface and they before it, and none is so near that it is clamped
+};
+
 /// @param group  of the pixels, with the normal turned away from the light's side
 template <class Depth, int Size>
-__device__ float share_of_warp(const FlatReceivers& group, bool flat, const LitVpl& lit, int size) {
-  const float along = dot(group.ng, group.middle - lit.position);
-  if (flat && along < -(2 * kFlatness * group.reach + 1e-6f * length(group.middle))) return 0;
-  if (lit.has_map == 0) return 1;
-  __builtin_assume(__isGlobal(lit.codes));
-  return look_up_group<Depth, Size>(map_of(lit), group, size, static_cast<const Depth*>(lit.codes));
+__device__ WarpLook look_of_warp(const FlatReceivers& group, bool flat, const LitVpl& lit, const MapSetView& maps,
+                                 float min_distance) {
+  const Vec3 way = group.middle - lit.position;
+  const float along = dot(group.ng, way), slack = 2 * kFlatness * group.reach + 1e-6f * length(group.middle);
+  if (flat && along < -slack) return {0, false};
+  if (lit.slot == kNone) return {kGroupTexels, false};
+  const std::uint32_t texels =
+      look_up_group_texels<Depth, Size>(map_of(lit), group, maps.size, codes_of<Depth, Size>(maps, lit.slot));
+  const float near = group.reach + min_distance;
+  return {texels, along > slack && dot(way, way) > 1.001f * near * near};
 }
 
 __device__ float positive(float v) { return fmaxf(v, 0.0f); }
@@ -136,84 +170,215 @@ __device__ void add_share(const LitVpl& lit, const Arriving& a, float share, flo
   }
 }
 
-/// The lights of a tile of which anything arrives. Each lane first looks at one of them for all of the warp's pixels; then those
-/// are added of which the share is known, two at a time, and those that each pixel has to look at.
-template <class Depth, int Size, bool flat>
-__device__ void add_tile(const LitPixel& pixel, const FlatReceivers& group, const LitVpl* tile, std::uint32_t count,
-                         int size, float min_distance_sq, Sums& sums) {
-  const std::uint32_t lane = threadIdx.x % 32;
-  const float own = lane < count ? share_of_warp<Depth, Size>(group, flat, tile[lane], size) : 0.0f;
-  const auto take = [](unsigned& left) {
-    const int i = __ffs(static_cast<int>(left)) - 1;
-    left &= left - 1;
-    return i;
-  };
-  for (unsigned known = __ballot_sync(kAllLanes, own > 0); known != 0;) {
-    const int i = take(known), j = known != 0 ? take(known) : -1;
-    const LitVpl &first = tile[i], &second = tile[j < 0 ? i : j];
-    const float share = __shfl_sync(kAllLanes, own, i), other = j < 0 ? 0.0f : __shfl_sync(kAllLanes, own, j);
-    const Arriving a = arriving<flat>(pixel, first, min_distance_sq);
-    const Arriving b = arriving<flat>(pixel, second, min_distance_sq);
-    add_share(first, a, share, min_distance_sq, sums);
-    add_share(second, b, other, min_distance_sq, sums);
-  }
-  for (unsigned left = __ballot_sync(kAllLanes, own < 0); left != 0;) {
-    const LitVpl& lit = tile[take(left)];
-    const Arriving a = arriving<flat>(pixel, lit, min_distance_sq);
-    if (!(a.factor > 0)) continue;
-    const Vec3 local{dot(a.travel, lit.x), dot(a.travel, lit.y), a.cos_light};
-    const Vec3 normal{dot(pixel.ng, lit.x), dot(pixel.ng, lit.y), dot(pixel.ng, lit.z)};
-    __builtin_assume(__isGlobal(lit.codes));  // or its loads would be those that look for shared memory too
-    const float share = look_up_facing<Depth, Size>(map_of(lit), local, normal, a.distance_sq, a.along, size,
-                                                    static_cast<const Depth*>(lit.codes));
-    add_share(lit, a, share, min_distance_sq, sums);
+/// A light of which all arrives at all pixels of a warp.
+struct alignas(16) PlainVpl {
+  Vec3 position;
+  float unused;
+  Vec3 axis;
+  float padding;
+  Vec3 intensity;
+  float more_padding;
+};
+
+/// A light of which each pixel's place tells its share.
+struct alignas(16) PlacedVpl {
+  Vec3 position;
+  float first_x;  ///< the map's middle, in texels from the word's first
+  Vec3 axis;
+  float first_y;
+  Vec3 x;  ///< axes of the map, half a map long in texels
+  std::uint32_t texels;
+  Vec3 y;
+  float unused;
+  Vec3 intensity;
+  float padding;
+};
+
+/// What a warp has of a block's shared memory.
+struct alignas(16) WarpRoom {
+  /// Lights that it has sorted out: first those by place, then the plain ones.
+  uint4 words[kTileLights * sizeof(PlacedVpl) / sizeof(uint4)];
+  std::uint32_t waiting[2 * kTileLights];  ///< lights that may arrive
+  __device__ PlacedVpl* placed() { return reinterpret_cast<PlacedVpl*>(words); }
+  __device__ PlainVpl* plain(int placed_count) { return reinterpret_cast<PlainVpl*>(placed() + placed_count); }
+};
+
+__device__ void add_light(Vec3 intensity, float factor, Sums& sums) {
+  sums.block.x = fmaf(intensity.x, factor, sums.block.x);
+  sums.block.y = fmaf(intensity.y, factor, sums.block.y);
+  sums.block.z = fmaf(intensity.z, factor, sums.block.z);
+}
+
+/// Lights of which all arrives at all pixels of a warp: by much the most, and what is told of them leaves little to do.
+template <bool flat>
+__device__ void add_plain(const LitPixel& pixel, const PlainVpl* lights, int count, Sums& sums) {
+#pragma unroll 4
+  for (int i = 0; i < count; ++i) {
+    const PlainVpl& light = lights[i];
+    const Vec3 travel = pixel.position - light.position;
+    const float cos_receiver = dot(pixel.ns, travel), distance_sq = length_sq(travel);
+    const float cosines = dot(light.axis, travel) * (flat ? cos_receiver : positive(cos_receiver));
+    const float factor = cosines * lightcuts::detail::quick_reciprocal(distance_sq * distance_sq + kTinyDistance4);
+    add_light(light.intensity, factor, sums);
   }
 }
 
+template <bool flat>
+__device__ void add_placed(const LitPixel& pixel, const PlacedVpl* lights, int count, Sums& sums) {
+#pragma unroll 2
+  for (int i = 0; i < count; ++i) {
+    const PlacedVpl& light = lights[i];
+    const Vec3 travel = pixel.position - light.position;
+    const float cos_receiver = dot(pixel.ns, travel), distance_sq = length_sq(travel);
+    const float cos_light = dot(light.axis, travel);
+    const float cosines = cos_light * (flat ? cos_receiver : positive(cos_receiver));
+    const float factor = cosines * lightcuts::detail::quick_reciprocal(distance_sq * distance_sq + kTinyDistance4);
+    const float distance = distance_sq * lightcuts::detail::quick_inverse_root(distance_sq + kTinyDistance4);
+    const float scale = lightcuts::detail::quick_reciprocal(distance + cos_light);
+    const float x = dot(travel, light.x) * scale + light.first_x, y = dot(travel, light.y) * scale + light.first_y;
+    add_light(light.intensity, factor * share_by_place(light.texels, x, y), sums);
+  }
+}
+
+/// False where no light can arrive at a group: it lies behind the light, or the light behind its surface.
+__device__ bool may_arrive(const FlatReceivers& group, bool flat, const LitVpl* light) {
+  if (!(group.reach < kInfinity)) return true;
+  const auto* const words = reinterpret_cast<const float4*>(light);
+  const float4 position = __ldg(words), axis = __ldg(words + 1);
+  const Vec3 way = group.middle - Vec3{position.x, position.y, position.z}, z{axis.x, axis.y, axis.z};
+  const float height = fabsf(dot(group.half_a, z)) + fabsf(dot(group.half_b, z));
+  const float slack = 2 * kFlatness * group.reach + 1e-6f * length(group.middle);
+  return !(flat && dot(group.ng, way) < -slack) && !(dot(way, z) + 1.01f * height + group.off < 0);
+}
+
+/// Adds the first `count` lights that wait, one a lane. Each lane first looks at its own for all of the warp's pixels. Then those
+/// are added of which all arrives, those of which each pixel's place tells its share, and those that each looks at.
+template <class Depth, int Size, bool flat>
+__device__ void add_lights(const LitPixel& pixel, const FlatReceivers& group, const LitVpl* lights, std::uint32_t count,
+                           const MapSetView& maps, float min_distance, WarpRoom& room, Sums& sums) {
+  const std::uint32_t lane = threadIdx.x % 32, before = (1u << lane) - 1u;
+  const LitVpl* const mine = lights + room.waiting[min_of(lane, count - 1)];
+  WarpLook own{0, false};
+  if (lane < count) own = look_of_warp<Depth, Size>(group, flat, read_vpl(mine), maps, min_distance);
+  const bool is_plain = own.plain && own.texels == kGroupTexels;
+  const bool is_placed = own.plain && !is_plain && own.texels != 0 && own.texels != kGroupUnsure;
+  const unsigned all_plain = __ballot_sync(kAllLanes, is_plain), all_placed = __ballot_sync(kAllLanes, is_placed);
+  const int plain_count = __popc(all_plain), placed_count = __popc(all_placed);
+  __syncwarp();
+  if (is_plain) {
+    const LitVpl lit = read_vpl(mine);
+    room.plain(placed_count)[__popc(all_plain & before)] = {lit.position, 0, lit.z, 0, lit.intensity, 0};
+  }
+  if (is_placed) {
+    const LitVpl lit = read_vpl(mine);
+    const float half = 0.5f * static_cast<float>(Size > 0 ? Size : maps.size);
+    const float first_x = half - 0.5f - static_cast<float>(group_column(own.texels));
+    const float first_y = half - 0.5f - static_cast<float>(group_row(own.texels));
+    room.placed()[__popc(all_placed & before)] = {lit.position, first_x,      lit.z, first_y,       lit.x * half,
+                                                  own.texels,   lit.y * half, 0,     lit.intensity, 0};
+  }
+  __syncwarp();
+  add_plain<flat>(pixel, room.plain(placed_count), plain_count, sums);
+  add_placed<flat>(pixel, room.placed(), placed_count, sums);
+  const unsigned looking = __ballot_sync(kAllLanes, own.texels != 0 && !is_plain && !is_placed);
+  for (unsigned left = looking; left != 0; left &= left - 1) {
+    const LitVpl other = read_vpl(lights + room.waiting[__ffs(static_cast<int>(left)) - 1]);
+    const float min_distance_sq = min_distance * min_distance;
+    const Arriving a = arriving<flat>(pixel, other, min_distance_sq);
+    if (!(a.factor > 0)) continue;
+    float share = 1;
+    if (other.slot != kNone) {
+      const Vec3 local{dot(a.travel, other.x), dot(a.travel, other.y), a.cos_light};
+      const Vec3 normal{dot(pixel.ng, other.x), dot(pixel.ng, other.y), dot(pixel.ng, other.z)};
+      share = look_up_facing<Depth, Size>(map_of(other), local, normal, a.distance_sq, a.along, maps.size,
+                                          codes_of<Depth, Size>(maps, other.slot));
+    }
+    add_share(other, a, share, min_distance_sq, sums);
+  }
+}
+
+/// Adds the lights from `first` to before `last`. Those that may arrive wait until there is one for every lane.
+template <class Depth, int Size, bool flat>
+__device__ void add_block(const LitPixel& pixel, const FlatReceivers& group, const LitVpl* lights, std::uint32_t first,
+                          std::uint32_t last, const MapSetView& maps, float min_distance, WarpRoom& room, Sums& sums) {
+  const std::uint32_t lane = threadIdx.x % 32;
+  std::uint32_t count = 0;
+  for (std::uint32_t begin = first; begin < last; begin += kTileLights) {
+    const bool may = begin + lane < last && may_arrive(group, flat, lights + begin + lane);
+    const unsigned all = __ballot_sync(kAllLanes, may);
+    if (may) room.waiting[count + static_cast<std::uint32_t>(__popc(all & ((1u << lane) - 1u)))] = begin + lane;
+    count += static_cast<std::uint32_t>(__popc(all));
+    __syncwarp();
+    const bool ends = begin + kTileLights >= last;
+    while (count >= kTileLights || (ends && count > 0)) {
+      const std::uint32_t here = min_of(kTileLights, count);
+      add_lights<Depth, Size, flat>(pixel, group, lights, here, maps, min_distance, room, sums);
+      count -= here;
+      __syncwarp();
+      const std::uint32_t next = lane < count ? room.waiting[kTileLights + lane] : 0;
+      __syncwarp();
+      if (lane < count) room.waiting[lane] = next;
+      __syncwarp();
+    }
+  }
+}
+
+/// The pixels of a warp that lie in one plane; those in another have a turn of their own, if they all do.
+struct PlaneGroups {
+  unsigned lanes;
+  int count;
+};
+__device__ PlaneGroups plane_groups(unsigned seeing, Vec3 position, Vec3 ng) {
+  if (flat_receivers(seeing, position, ng).reach < kInfinity) return {seeing, 1};
+  const int leader = __ffs(static_cast<int>(seeing)) - 1;
+  const Vec3 first = from_lane(position, leader), normal = from_lane(ng, leader), way = position - first,
+             turned = ng - normal;
+  const float off = fabsf(dot(way, normal)), slack = 1e-4f * length(way) + 1e-6f * max_component(max_of(first, -first));
+  const unsigned lanes = seeing & __ballot_sync(kAllLanes, dot(turned, turned) < 1e-10f && off <= slack);
+  if ((seeing & ~lanes) == 0 || !(flat_receivers(lanes, position, ng).reach < kInfinity) ||
+      !(flat_receivers(seeing & ~lanes, position, ng).reach < kInfinity)) {
+    return {seeing, 1};
+  }
+  return {lanes, 2};
+}
+
 template <class Depth, int Size>
-__global__ void __launch_bounds__(kThreads, 10)
-    sum_vpls_kernel(PixelView pixels, std::uint32_t slots, const Vpl* __restrict__ lights, std::uint32_t first,
-                    std::uint32_t last, MapSetView maps, float min_distance_sq, SumView out) {
-  __shared__ __align__(16) unsigned char storage[kTileLights * sizeof(LitVpl)];
+__global__ void __launch_bounds__(kThreads, 8)
+    sum_vpls_kernel(PixelView pixels, std::uint32_t slots, const LitVpl* __restrict__ lights, std::uint32_t count,
+                    MapSetView maps, float min_distance, SumView out) {
   __shared__ FlatReceivers groups[kThreads / 32];
-  auto* const tile = reinterpret_cast<LitVpl*>(storage);
+  __shared__ WarpRoom rooms[kThreads / 32];
   const std::uint32_t slot = blockIdx.x * kThreads + threadIdx.x;
   const bool inside = slot < slots;
   LitPixel pixel{};
   Sums sums;
   if (inside) {
     pixel = {pixels.position[slot], -pixels.ns[slot], -pixels.ng[slot]};
-    sums.total = out.light[slot];
-    sums.lost = out.lost[slot];
   }
   const bool seen = !(pixel.ns == Vec3{});
   const bool flat = __all_sync(kAllLanes, pixel.ns == pixel.ng) != 0;
   const unsigned seeing = __ballot_sync(kAllLanes, seen);
+  if (seeing == 0) return;
   FlatReceivers& group = groups[threadIdx.x / 32];
-  {
-    const FlatReceivers of_all = flat_receivers(seeing == 0 ? kAllLanes : seeing, pixel.position, pixel.ng);
+  const PlaneGroups planes = plane_groups(seeing, pixel.position, pixel.ng);
+  for (int pass = 0; pass < planes.count; ++pass) {
+    const unsigned lanes = pass == 0 ? planes.lanes : seeing & ~planes.lanes;
+    const LitPixel own = (lanes >> threadIdx.x % 32 & 1u) != 0 ? pixel : LitPixel{pixel.position, {}, {}};
+    const FlatReceivers of_all = flat_receivers(lanes, pixel.position, pixel.ng);
+    __syncwarp();
     if (threadIdx.x % 32 == 0) group = of_all;
-  }
-  for (std::uint32_t begin = first; begin < last; begin += kTileLights) {
-    __syncthreads();
-    if (threadIdx.x < kTileLights) {
-      tile[threadIdx.x] = begin + threadIdx.x < last ? load_vpl<Depth>(lights, maps, begin + threadIdx.x) : LitVpl{};
-    }
-    __syncthreads();
-    if (seeing != 0) {
-      const std::uint32_t count = min_of(kTileLights, last - begin);
+    __syncwarp();
+    WarpRoom& room = rooms[threadIdx.x / 32];
+    for (std::uint32_t first = 0; first < count; first += kBlockLights) {
+      const std::uint32_t last = min_of(first + kBlockLights, count);
       if (flat) {
-        add_tile<Depth, Size, true>(pixel, group, tile, count, maps.size, min_distance_sq, sums);
+        add_block<Depth, Size, true>(own, group, lights, first, last, maps, min_distance, room, sums);
       } else {
-        add_tile<Depth, Size, false>(pixel, group, tile, count, maps.size, min_distance_sq, sums);
+        add_block<Depth, Size, false>(own, group, lights, first, last, maps, min_distance, room, sums);
       }
+      sums.close_block(out, slot, inside);
     }
-    if ((begin + kTileLights - first) % kBlockLights == 0) sums.close_block();
   }
-  sums.close_block();
-  if (!inside) return;
-  out.light[slot] = sums.total;
-  out.lost[slot] = sums.lost;
 }
 
 // --- Other lights: one thread a pixel ---
@@ -255,18 +420,15 @@ __global__ void __launch_bounds__(kThreads)
   const PixelReceiver receiver = load_receiver(pixels, slot);
   if (receiver.ns == Vec3{}) return;
   Sums sums;
-  sums.total = out.light[slot];
   for (std::uint32_t i = first; i < last; ++i) {
     const float factor = term.factor(receiver, i);
     if (factor > 0) sums.block += term.intensity(i) * (factor * term.share(maps, i, receiver));
-    if ((i + 1 - first) % kBlockLights == 0) sums.close_block();
+    if ((i + 1 - first) % kBlockLights == 0) sums.close_block(out, slot, true);
   }
-  sums.close_block();
-  out.light[slot] = sums.total;
+  sums.close_block(out, slot, true);
 }
 
-using SumVpls = void (*)(PixelView, std::uint32_t, const Vpl*, std::uint32_t, std::uint32_t, MapSetView, float,
-                         SumView);
+using SumVpls = void (*)(PixelView, std::uint32_t, const LitVpl*, std::uint32_t, MapSetView, float, SumView);
 
 SumVpls kernel_for(const MapSetView& maps) {
   if (maps.depth_bits == 32) return sum_vpls_kernel<std::uint32_t, 0>;
@@ -284,7 +446,7 @@ SumVpls kernel_for(const MapSetView& maps) {
 template <class Launch>
 void in_launches(std::uint32_t slots, std::uint32_t first, std::uint32_t last, const Launch& launch) {
   const auto step = static_cast<std::uint32_t>(
-      std::clamp<std::uint64_t>(kLaunchPairs / slots / kBlockLights * kBlockLights, kBlockLights, 1u << 30));
+      std::clamp<std::uint64_t>(kLaunchPairs / slots / kBlockLights * kBlockLights, kBlockLights, kLaunchLights));
   for (; first < last; first += std::min(step, last - first)) {
     launch(first, first + std::min(step, last - first));
     check(cudaGetLastError(), "summing lights by their shadow maps");
@@ -296,9 +458,13 @@ void in_launches(std::uint32_t slots, std::uint32_t first, std::uint32_t last, c
 void sum_lights_by_maps(Device& device, const PixelGrid& grid, const PixelView& pixels, const LightArrays& lights,
                         const LightSpan& span, const MapSetView& maps, float min_distance, const SumView& sums) {
   const std::uint32_t slots = grid.slot_count(), blocks = (slots + kThreads - 1) / kThreads;
-  const float min_sq = min_distance * min_distance;
+  DeviceBuffer<LitVpl> packed(device, std::min(kLaunchLights, span.vpl_last - span.vpl_first));
+  static_assert(sizeof(LitVpl) * kLaunchLights <= kSumByMapsBytes);
   in_launches(slots, span.vpl_first, span.vpl_last, [&](std::uint32_t first, std::uint32_t last) {
-    kernel_for(maps)<<<blocks, kThreads, 0, device.stream()>>>(pixels, slots, lights.vpls, first, last, maps, min_sq,
+    const std::uint32_t count = last - first;
+    pack_vpls_kernel<<<(count + kThreads - 1) / kThreads, kThreads, 0, device.stream()>>>(lights.vpls, first, count,
+                                                                                          maps, packed.data());
+    kernel_for(maps)<<<blocks, kThreads, 0, device.stream()>>>(pixels, slots, packed.data(), count, maps, min_distance,
                                                                sums);
   });
   in_launches(slots, span.point_first, span.point_last, [&](std::uint32_t first, std::uint32_t last) {

@@ -13,6 +13,9 @@ struct LightSpan {
   std::uint32_t directional_first = 0, directional_last = 0;
 };
 
+/// What adding lights takes at most, beside their maps.
+inline constexpr std::uint64_t kSumByMapsBytes = std::uint64_t{80} << 13;
+
 /// Adds the lights of a span to every pixel, as much of them as their maps let pass: brute force.
 ///
 /// Lights are taken in launches that keep no display waiting. They are summed in blocks of 256 from the span's first on,

@@ -15,8 +15,9 @@ struct SeeByMaps {
   static constexpr int look_tests = 2, crew_blocks = 2;
   using Group = FlatReceivers;
   struct Staged {
-    std::uint32_t slot, row;
-    float share;  ///< of all pixels of the group, or kEachItsOwn
+    std::uint32_t slot;
+    std::uint32_t row;  ///< of the table; of a light with a map what the group's look said, see look_up_group_texels
+    float share;        ///< of all pixels of the group, or kEachItsOwn
   };
   MapSetView maps;
   WantedMaps wanted;
@@ -28,7 +29,7 @@ struct SeeByMaps {
   template <int kind>
   __device__ bool stage(std::uint32_t light, float guess, Staged& staged) const {
     staged.slot = slot_of<kind>(light);
-    staged.row = kNone;
+    staged.row = kGroupUnsure;
     staged.share = kEachItsOwn;
     if (staged.slot != kNone) return true;
     staged.row = table.row(kind, light);
@@ -43,7 +44,9 @@ struct SeeByMaps {
   __device__ void look(const Group& group, Staged& staged) const {
     if (kind != vpl_kind || staged.slot == kNone) return;
     const MapRecord map = maps.records[staged.slot];
-    staged.share = look_up_group<Depth, Size>(map, group, maps.size, codes_of(staged.slot));
+    const std::uint32_t texels = look_up_group_texels<Depth, Size>(map, group, maps.size, codes_of(staged.slot));
+    staged.row = texels;
+    staged.share = texels == kGroupTexels ? 1 : texels == 0 ? 0 : kEachItsOwn;
   }
 
   template <int kind>
@@ -53,6 +56,10 @@ struct SeeByMaps {
     if (staged.slot == kNone) return table.share(staged.row, static_cast<std::uint32_t>(pixel));
     const Vec3 ng{receiver.ng.x.value, receiver.ng.y.value, receiver.ng.z.value};
     const MapRecord map = maps.records[staged.slot];
+    if (kind == vpl_kind && staged.row != kGroupUnsure) {
+      const Vec3 local = to_map(map, from);
+      return share_by_place<Size>(staged.row, local, dot(local, local), maps.size);
+    }
     if (kind == point_kind && light.cos_outer < 0 && dot(from - map.origin, map.z) < 0) {
       return look_up<true>(staged.slot + 1, maps.records[staged.slot + 1], from, ng);
     }

@@ -1,6 +1,7 @@
 #include "cuda/shadow_maps.h"
 
 #include <algorithm>
+#include <type_traits>
 
 #include "cuda/executor.cuh"
 #include "cuda/map_drawing.cuh"
@@ -14,6 +15,8 @@ namespace {
 /// Maps a launch: a launch must end in time for a GPU that also drives a display.
 constexpr std::uint32_t kLaunchMaps = 1u << 16;
 constexpr int kMostLevels = 11;
+constexpr int kMostThreads = 256;   ///< that draw a map
+constexpr int kSmallMapBlocks = 9;  ///< a multiprocessor, measured: fewer registers, but more at work
 
 // --- What a light's map is made of ---
 
@@ -87,35 +90,68 @@ struct WriteRecords {
 
 // --- Drawing ---
 
+/// Turns a map of kSmallMap texels a side into codes, fills its holes and writes it.
+template <bool Paraboloid>
+__device__ void finish_small_map(const MapView& view, float steps, const int* nearness, SmallPyramid& pyramid,
+                                 bool apart, std::uint16_t* out) {
+  const int x = static_cast<int>(threadIdx.x % 8) * 4, y = static_cast<int>(threadIdx.x / 8) * 2;
+  std::uint16_t fine[2][4];
+#pragma unroll
+  for (int j = 0; j < 2; ++j) {
+    const int4 drawn = *reinterpret_cast<const int4*>(nearness + (y + j) * kSmallMap + x);
+    const int row[4] = {drawn.x, drawn.y, drawn.z, drawn.w};
+#pragma unroll
+    for (int i = 0; i < 4; ++i) {
+      fine[j][i] = code_of<Paraboloid, std::uint16_t>(view, steps, row[i], texel_centre(x + i, kSmallMap),
+                                                      texel_centre(y + j, kSmallMap));
+    }
+  }
+  fill_small_map(fine, pyramid, apart);
+  write_small_map(fine, out);
+}
+
 /// One block a map. `Size` and `Threads`: those of the maps made most often, so that the loops over texels unroll; 0: as
 /// the launch says. `InShared`: the map is drawn in shared memory, else in the block's scratch.
-template <bool Paraboloid, class Depth, bool InShared, int Size, int Threads>
-__global__ void draw_maps_kernel(DrawParams p) {
+template <bool Paraboloid, class Depth, bool InShared, int Size, int Threads, int Blocks = 1>
+__global__ void __launch_bounds__(Threads > 0 ? Threads : 256, Blocks) draw_maps_kernel(DrawParams p) {
+  using Queue = DiscQueue<std::conditional_t<InShared, std::uint32_t, std::uint64_t>>;
   extern __shared__ uint4 shared[];
   const int size = Size > 0 ? Size : p.size,
             bits = Size > 0 ? highest_bit(static_cast<std::uint32_t>(Size)) : p.size_bits;
   const int threads = Threads > 0 ? Threads : static_cast<int>(blockDim.x);
-  auto* const discs = reinterpret_cast<WarpDiscs*>(shared);
+  auto& queue = *reinterpret_cast<Queue*>(shared);
   const std::uint32_t texels = 1u << 2 * bits;
-  auto* const in_shared = reinterpret_cast<std::uint32_t*>(discs + threads / kWarp);
-  std::uint32_t* const codes =
-      InShared ? in_shared : p.scratch + static_cast<std::size_t>(blockIdx.x) * p.scratch_words;
-  auto* const coarser = reinterpret_cast<Depth*>(codes + texels);
+  const std::uint32_t codes_at = (Size > 0 ? sizeof(Queue) : p.codes_at) / sizeof(uint4);
+  std::uint32_t* const codes = InShared ? reinterpret_cast<std::uint32_t*>(shared + codes_at)
+                                        : p.scratch + static_cast<std::size_t>(blockIdx.x) * p.scratch_words;
   for (std::uint32_t map = blockIdx.x; map < p.count; map += gridDim.x) {
     const MapRecord record = p.records[map];
     const MapView view = view_of(record);
-    for (std::uint32_t i = threadIdx.x; i < texels; i += static_cast<std::uint32_t>(threads)) codes[i] = 0;
-    __syncthreads();
+    auto* const words = reinterpret_cast<uint4*>(codes);
+#pragma unroll 2
+    for (std::uint32_t i = threadIdx.x; i < texels / 4; i += static_cast<std::uint32_t>(threads)) words[i] = {};
+    auto* const nearness = reinterpret_cast<int*>(codes);
     if (p.points.count > 0) {
-      draw_all_points<Paraboloid>(p, view, size, static_cast<std::uint32_t>(threads), p.streams[map],
-                                  discs[threadIdx.x / kWarp], codes);
+      using Texels = std::conditional_t<InShared, SharedTexels, GlobalTexels>;
+      draw_all_points<Paraboloid>(p, view, size, bits, threads, p.streams[map], queue, Texels(nearness));
+    } else {
+      __syncthreads();
     }
-    __syncthreads();
+    // The queue's memory serves the coarser levels.
+    Depth* const out = static_cast<Depth*>(p.codes) + static_cast<std::size_t>(map) * texels;
+    if constexpr (Size == kSmallMap && Threads == kSmallMapThreads && sizeof(Depth) == 2) {
+      if (p.levels == 2) {
+        finish_small_map<Paraboloid>(view, record.steps, nearness, *reinterpret_cast<SmallPyramid*>(shared),
+                                     p.keeps_surfaces_apart, out);
+        __syncthreads();
+        continue;
+      }
+    }
     encode_map<Paraboloid, Depth>(view, record.steps, size, bits, threads, codes);
     __syncthreads();
-    fill_map<Depth>(codes, coarser, bits, p.levels, p.keeps_surfaces_apart, threads);
-    write_map<Depth>(codes, texels, static_cast<Depth*>(p.codes) + static_cast<std::size_t>(map) * texels,
-                     static_cast<std::uint32_t>(threads));
+    fill_map<Depth>(codes, InShared ? reinterpret_cast<Depth*>(shared) : reinterpret_cast<Depth*>(codes + texels), bits,
+                    p.levels, p.keeps_surfaces_apart, threads);
+    write_map<Depth>(codes, texels, out, static_cast<std::uint32_t>(threads));
     __syncthreads();
   }
 }
@@ -127,7 +163,7 @@ struct DrawPlan {
   int threads;
   bool in_shared;
   std::uint32_t blocks;  ///< where the scratch is in global memory; else one a map
-  std::uint32_t shared_bytes, scratch_words;
+  std::uint32_t shared_bytes, codes_at, scratch_words;
 };
 
 int shared_memory_limit() {
@@ -139,13 +175,14 @@ int shared_memory_limit() {
 
 DrawPlan plan_drawing(const Device& device, const MapOptions& options) {
   const auto texels = static_cast<std::uint32_t>(options.size) * static_cast<std::uint32_t>(options.size);
-  const std::uint32_t work = 4 * texels + (texels / 2) * static_cast<std::uint32_t>(options.depth_bits / 8);
+  const std::uint32_t queue = sizeof(DiscQueue<std::uint32_t>), large_queue = sizeof(DiscQueue<std::uint64_t>);
+  const std::uint32_t coarser = (texels / 2) * static_cast<std::uint32_t>(options.depth_bits / 8);
   DrawPlan plan;
-  plan.threads = options.threads > 0 ? options.threads : options.size >= 128 ? 256 : 128;
-  const auto staging = static_cast<std::uint32_t>(plan.threads / kWarp * sizeof(WarpDiscs));
-  plan.in_shared = staging + work <= static_cast<std::uint32_t>(shared_memory_limit());
-  plan.shared_bytes = staging + (plan.in_shared ? work : 0);
-  plan.scratch_words = plan.in_shared ? 0 : work / 4;
+  plan.threads = options.threads > 0 ? std::min(options.threads, kMostThreads) : options.size >= 128 ? 256 : 128;
+  plan.codes_at = (std::max(queue, coarser) + 15) / 16 * 16;
+  plan.in_shared = plan.codes_at + 4 * texels <= static_cast<std::uint32_t>(shared_memory_limit());
+  plan.shared_bytes = plan.in_shared ? plan.codes_at + 4 * texels : large_queue;
+  plan.scratch_words = plan.in_shared ? 0 : texels + coarser / 4;
   plan.blocks = static_cast<std::uint32_t>(device.multiprocessors()) * (options.size <= 256 ? 4 : 1);
   return plan;
 }
@@ -155,7 +192,9 @@ using DrawMaps = void (*)(DrawParams);
 template <bool Paraboloid, class Depth>
 DrawMaps kernel_for(const DrawPlan& plan, int size) {
   if constexpr (Paraboloid && sizeof(Depth) == 2) {
-    if (plan.in_shared && size == 32 && plan.threads == 128) return draw_maps_kernel<true, Depth, true, 32, 128>;
+    if (plan.in_shared && size == kSmallMap && plan.threads == kSmallMapThreads) {
+      return draw_maps_kernel<true, Depth, true, kSmallMap, kSmallMapThreads, kSmallMapBlocks>;
+    }
   }
   return plan.in_shared ? draw_maps_kernel<Paraboloid, Depth, true, 0, 0>
                         : draw_maps_kernel<Paraboloid, Depth, false, 0, 0>;
@@ -298,11 +337,13 @@ void DeviceMaps::draw(const PointsView& points, std::uint32_t first, std::uint32
     params.scratch = plan.in_shared ? nullptr : scratch_.data();
     params.count = std::min(kLaunchMaps, count - done);
     params.scratch_words = plan.scratch_words;
+    params.codes_at = plan.codes_at;
     params.size = options_.size;
     params.size_bits = highest_bit(static_cast<std::uint32_t>(options_.size));
     params.levels = std::min(options_.levels, kMostLevels);
     params.keeps_surfaces_apart = options_.fill == HoleFill::edges;
     params.noise = options_.choice == PointChoice::noise;
+    params.share = static_cast<double>(std::min(points.per_map, points.count)) / std::max(1u, points.count);
     const std::uint32_t blocks = plan.in_shared ? params.count : std::min(params.count, plan.blocks);
     kernel<<<blocks, plan.threads, plan.shared_bytes, device_->stream()>>>(params);
     check(cudaGetLastError(), "drawing shadow maps");

@@ -129,42 +129,39 @@ struct ShapeMaker {
   }
 };
 
-/// Lays the points out, and marks the triangles whose discs are cut: they need a shape of their own.
+/// Lays the points out, and marks the triangles whose discs are cut: they need edges of their own.
 struct LayOut {
   ShapeMaker make;
   SurfacePoint* points;
+  float* radii;
   std::uint32_t* marks;
   __device__ void operator()(std::uint32_t i) const {
     DiscFace face;
     const DiscKind kind = make.kind(i, face);
-    points[i] = {make.drawn[i].position, static_cast<std::uint32_t>(kind), make.drawn[i].normal, face.sink};
+    points[i] = {make.drawn[i].position, kind == DiscKind::cut ? 1u : 0u, make.drawn[i].normal, face.sink};
+    radii[i] = kind == DiscKind::small ? make.small : kind == DiscKind::cut ? face.shape.radius : make.radius;
     if (kind == DiscKind::cut) marks[make.triangle(i)] = 1;
   }
 };
 
-struct WriteShapes {
+struct WriteEdges {
   ShapeMaker make;
   const std::uint32_t* numbers;
   SurfacePoint* points;
-  DiscShape* shapes;
+  DiscEdge* edges;
   __device__ void operator()(std::uint32_t i) const {
-    if (i == 0) {
-      shapes[0].radius = make.radius;
-      shapes[1].radius = make.small;
-      for (int s = 0; s < 2; ++s) {
-        for (int e = 0; e < kDiscEdges; ++e) {
-          shapes[s].inward[e] = {};
-          shapes[s].offset[e] = -1;
-        }
-      }
-    }
-    if (points[i].shape != static_cast<std::uint32_t>(DiscKind::cut)) return;
+    if (points[i].cuts == 0) return;
     const DrawnPoint& point = make.drawn[i];
     const std::uint32_t mesh = make.scene.instances[point.instance].mesh;
-    points[i].shape = 2 + numbers[make.triangle(i)];
-    // Points of one triangle write the same.
-    shapes[points[i].shape] =
-        disc_face(make.scene, make.edges[mesh], point.instance, point.triangle, make.radius).shape;
+    const DiscShape shape = disc_face(make.scene, make.edges[mesh], point.instance, point.triangle, make.radius).shape;
+    std::uint32_t cuts = numbers[make.triangle(i)] << 4;
+    for (int e = 0; e < kDiscEdges; ++e) {
+      // Points of one triangle write the same.
+      edges[first_edge(cuts) + static_cast<std::uint32_t>(e)] = {shape.inward[e], shape.offset[e]};
+      if (shape.inward[e] == Vec3{}) continue;  // none
+      if (!(dot(shape.inward[e], point.position) - shape.offset[e] >= shape.radius)) cuts |= 1u << e;
+    }
+    points[i].cuts = near_edges(cuts) != 0 ? cuts : 0;
   }
 };
 
@@ -202,7 +199,8 @@ std::uint64_t DevicePoints::bytes_for(std::uint32_t per_map, std::uint64_t trian
   const std::uint64_t count = surface_point_count(per_map), round = point_round(count);
   const std::uint64_t sorting = triangles <= kMostSortedTriangles ? 28 * triangles : 0;
   return count * (sizeof(SurfacePoint) + sizeof(DrawnPoint)) + round * (sizeof(DrawnPoint) + 16) +
-         std::min(count, triangles) * sizeof(DiscShape) + triangles + std::max(sorting, 12 * triangles) + (1u << 20);
+         count * sizeof(float) + std::min(count, triangles) * kDiscEdges * sizeof(DiscEdge) + triangles +
+         std::max(sorting, 12 * triangles) + (1u << 20);
 }
 
 DevicePoints::DevicePoints(Device& device, const SceneView& scene, const DeviceEdges& edges, std::uint32_t per_map,
@@ -254,17 +252,18 @@ DevicePoints::DevicePoints(Device& device, const SceneView& scene, const DeviceE
   // Shapes.
   const float small = point_radius(area_, per_map);
   view_.largest = small * kOverlap;
-  view_.small = small;
   points_ = DeviceBuffer<SurfacePoint>(device, std::max(1u, made));
+  radii_ = DeviceBuffer<float>(device, std::max(1u, made));
   DeviceBuffer<std::uint32_t> marks(device, std::max(1u, triangles)), numbers(device, std::max(1u, triangles));
   marks.fill_bytes(0);
   const ShapeMaker make{scene, edges.meshes(), instance_begin, drawn.data(), view_.largest, small, kPi * small * small};
-  executor.for_each(made, LayOut{make, points_.data(), marks.data()});
+  executor.for_each(made, LayOut{make, points_.data(), radii_.data(), marks.data()});
   const std::uint32_t cut = executor.exclusive_scan(marks.data(), numbers.data(), triangles);
-  shapes_ = DeviceBuffer<DiscShape>(device, std::size_t{2} + cut);
-  executor.for_each(made, WriteShapes{make, numbers.data(), points_.data(), shapes_.data()});
+  edges_ = DeviceBuffer<DiscEdge>(device, std::size_t{kDiscEdges} * std::max(1u, cut));
+  executor.for_each(made, WriteEdges{make, numbers.data(), points_.data(), edges_.data()});
   view_.points = points_.data();
-  view_.shapes = shapes_.data();
+  view_.radii = radii_.data();
+  view_.edges = edges_.data();
   view_.count = made;
 }
 

@@ -26,6 +26,13 @@ inline constexpr float kLeastFacingOfGroup = 1.3f * kLeastFacing;
 /// Not all receivers get the same, or it is not known that they do: each has to look for itself.
 inline constexpr float kEachItsOwn = -1;
 
+// What one look says of the texels that receivers ask, at most three by three: a word. Bit i + 3 j: texel (i, j) lets
+// light pass to any receiver whose own it is; nine bits on: to any that asks it beside its own, which lets light pass.
+// Above them, in seven bits each, the column and the row of texel (0, 0).
+inline constexpr std::uint32_t kGroupTexels = 0x3ffffu;  ///< all of them, and no other bit: all light arrives
+inline constexpr std::uint32_t kGroupUnsure = ~0u;       ///< kEachItsOwn
+inline constexpr int kMostGroupSize = 128;               ///< of maps whose texels fit a word
+
 namespace detail {
 
 /// The texels that receivers ask along one axis of the map.
@@ -46,20 +53,67 @@ LC_KERNEL std::uint32_t own_texels(const TexelSpan& span) {
          (1u << static_cast<std::uint32_t>(span.near_lo - span.lo));
 }
 
+/// Bit i + 3 j: texel (i, j) is some receiver's own, or beside one; not those that only a diagonal leads to.
+LC_KERNEL std::uint32_t asked_texels(std::uint32_t own_x, std::uint32_t own_y, std::uint32_t wide, std::uint32_t tall) {
+  constexpr std::uint32_t kFirstColumn = 0b001001001;
+  const std::uint32_t rows = (own_y & 1u) * 7 | (own_y >> 1 & 1u) * (7 << 3) | (own_y >> 2 & 1u) * (7 << 6);
+  return (own_x * kFirstColumn | rows) & ((2u << wide) - 1) * kFirstColumn & ((8u << 3 * tall) - 1);
+}
+
+/// The sign's bit of v below those of the word.
+LC_KERNEL std::uint32_t with_sign(std::uint32_t word, float v) {
+#if defined(__CUDA_ARCH__)
+  return __funnelshift_l(bits_of(v), word, 1);
+#else
+  return word << 1 | bits_of(v) >> 31;
+#endif
+}
+
+/// Three codes of each of three rows, as BiasedCode takes them before its shift; the last row only where `tall` is 2.
+template <class Depth>
+LC_KERNEL void nine_codes(const Depth* codes, std::uint32_t column, std::uint32_t row, std::uint32_t side,
+                          std::uint32_t tall, float (&out)[9]) {
+#if defined(__CUDA_ARCH__)
+  if constexpr (sizeof(Depth) == 2) {
+    const std::uint32_t* const words = reinterpret_cast<const std::uint32_t*>(codes) + ((row * side + column) >> 1);
+    const std::uint32_t shift = (column & 1u) * 16;
+#pragma unroll
+    for (std::uint32_t j = 0; j < 3; ++j) {
+      std::uint32_t lo = 0, hi = 0;
+      if (j <= tall) {
+        lo = words[j * (side / 2)];
+        hi = words[j * (side / 2) + 1];
+      }
+      const std::uint32_t two = __funnelshift_r(lo, hi, shift), last = hi >> shift;
+      out[3 * j] = float_of(__byte_perm(two, kWholeBits, 0x7610));
+      out[3 * j + 1] = float_of(__byte_perm(two, kWholeBits, 0x7632));
+      out[3 * j + 2] = float_of(__byte_perm(last, kWholeBits, 0x7610));
+    }
+  } else
+#endif
+    for (std::uint32_t j = 0; j < 3; ++j) {
+      for (std::uint32_t i = 0; i < 3; ++i) {
+        const Depth code = j <= tall ? codes[(row + j) * side + column + i] : Depth{0};
+        out[3 * j + i] = sizeof(Depth) == 2 ? kWholeMagic + static_cast<float>(code) : static_cast<float>(code);
+      }
+    }
+}
+
 }  // namespace detail
 
-/// What look_up_map says of a VPL's map for each of the receivers, 0 for those that lie behind the light; kEachItsOwn where
-/// that differs between them, or where they are too far apart to say.
+/// Looks at a VPL's map for all of the receivers: a word of what they ask, 0 where no light arrives, kGroupTexels where all
+/// does, kGroupUnsure where not all texels say the same to every receiver, or the receivers are too far apart to say.
+/// Receivers behind the light get nothing.
 ///
-/// They get the same where all texels that any of them asks say the same. These are asked with the bias of a receiver's own
-/// texel: those beside it have a larger one only where it passes, and then they pass all the more.
+/// Texels are asked with the bias of a receiver's own, and with that of those beside it, which is larger.
 ///
 /// With E = (distance of the middle / distance of the tap's place on the receivers' plane), a tap passes where
 /// (code + bias) max(E, distance of the middle / own distance) >= distance of the middle; E is the receiver's own only in so
 /// far as the plane's slope was taken at its place on the map. The rest is the room that it has:
 /// d E = |second derivative <= 4| * |tap - own place| * |own place - middle's| / facing.
 template <class Depth, int Size = 0>
-LC_KERNEL float look_up_group(const MapRecord& map, const FlatReceivers& receivers, int size, const Depth* codes) {
+LC_KERNEL std::uint32_t look_up_group_texels(const MapRecord& map, const FlatReceivers& receivers, int size,
+                                             const Depth* codes) {
   using detail::larger;
   const int side = Size > 0 ? Size : size;
   const float texel = 2.0f / static_cast<float>(side);
@@ -69,9 +123,9 @@ LC_KERNEL float look_up_group(const MapRecord& map, const FlatReceivers& receive
   const float inverse = detail::quick_inverse_root(larger(dot(local, local), 1e-30f));
   const float share = receivers.reach * inverse;
   const float off = receivers.off * inverse;
-  if (!(share < 0.2f && off < kFlatnessSeen)) return kEachItsOwn;
+  if (!(share < 0.2f && off < kFlatnessSeen)) return kGroupUnsure;
   if (local.z + 1.01f * height < 0) return 0;
-  if (!(local.z - 1.01f * height > 0)) return kEachItsOwn;
+  if (!(local.z - 1.01f * height > 0)) return kGroupUnsure;
 
   // Where the receivers lie on the map: by the derivative, and what the derivative changes (as in paraboloid_box).
   const Vec3 normal{dot(receivers.ng, map.x), dot(receivers.ng, map.y), dot(receivers.ng, map.z)};
@@ -89,12 +143,12 @@ LC_KERNEL float look_up_group(const MapRecord& map, const FlatReceivers& receive
   const detail::TexelSpan xs = detail::texel_span(u, reach_u, side), ys = detail::texel_span(v, reach_v, side);
   const float last = static_cast<float>(side - 3);
   if (!(xs.lo >= 0 && xs.lo <= last && ys.lo >= 0 && ys.lo <= last && xs.hi - xs.lo <= 2 && ys.hi - ys.lo <= 2)) {
-    return kEachItsOwn;
+    return kGroupUnsure;
   }
 
   // How far the receivers' comparisons differ from the middle's.
   const float facing = std::fabs(dot(local, normal)) * inverse;
-  if (facing < kLeastFacingOfGroup) return kEachItsOwn;
+  if (facing < kLeastFacingOfGroup) return kGroupUnsure;
   const float wander = reach_u + reach_v;
   const float room = (4.2f * (1.2f * texel + wander) * wander + 2 * off + 1e-5f) * detail::quick_reciprocal(facing);
   const float away = std::fabs(away_a) + std::fabs(away_b);
@@ -103,28 +157,76 @@ LC_KERNEL float look_up_group(const MapRecord& map, const FlatReceivers& receive
   const float other_bias = (away + height + 2 * receivers.reach * share) * map.bias_steps + 0.51f;
   const float high_depth = depth * (1 + 1e-5f), low_depth = depth * (1 - 1e-5f);
 
-  const auto wide = static_cast<std::int32_t>(xs.hi - xs.lo), tall = static_cast<std::int32_t>(ys.hi - ys.lo);
-  const std::uint32_t own_x = detail::own_texels(xs), own_y = detail::own_texels(ys);
-  const Depth* const first = codes + static_cast<std::int32_t>(ys.lo) * side + static_cast<std::int32_t>(xs.lo);
+  const auto wide = static_cast<std::uint32_t>(xs.hi - xs.lo), tall = static_cast<std::uint32_t>(ys.hi - ys.lo);
+  const auto column = static_cast<std::uint32_t>(xs.lo), row = static_cast<std::uint32_t>(ys.lo);
+  const std::uint32_t asked = detail::asked_texels(detail::own_texels(xs), detail::own_texels(ys), wide, tall);
   const float change = test.change + (xs.lo - (test.x - detail::kWholeMagic)) * test.change_x +
                        (ys.lo - (test.y - detail::kWholeMagic)) * test.change_y;
-  bool all_pass = true, all_fail = true;
+  float code[9];
+  detail::nine_codes<Depth>(codes, column, row, static_cast<std::uint32_t>(side), tall, code);
+  const detail::BiasedCode<Depth> own(test.bias), beside(detail::bias_beside(test.bias));
+  const float more = beside.shift - own.shift;
+  const float other_beside = kBesideBiasTexels / kBiasTexels * (other_bias - 0.51f) + 0.51f;
+  // A bit a texel, from signs: that it does not pass, or fails, for certain, as a receiver's own or beside it.
+  std::uint32_t not_passing = 0, failing = 0, not_passing_beside = 0, failing_beside = 0;
 #if defined(__CUDA_ARCH__)
 #pragma unroll
 #endif
-  for (int j = 0; j < 3; ++j) {
-#if defined(__CUDA_ARCH__)
-#pragma unroll
-#endif
-    for (int i = 0; i < 3; ++i) {
-      if (i > wide || j > tall || ((own_x >> i | own_y >> j) & 1u) == 0) continue;
-      const auto code = static_cast<float>(first[j * side + i]) + test.bias;
-      const float e = change + static_cast<float>(i) * test.change_x + static_cast<float>(j) * test.change_y;
-      all_pass = all_pass && (code - other_bias) * larger(e - room, least) >= high_depth;
-      all_fail = all_fail && (code + other_bias) * larger(e + room, most) < low_depth;
-    }
+  for (int k = 8; k >= 0; --k) {
+    const float at = code[k] + own.shift;
+    const int i = k % 3, j = k / 3;
+    const float e = change + static_cast<float>(i) * test.change_x + static_cast<float>(j) * test.change_y;
+    const float near = larger(e - room, least), far = larger(e + room, most);
+    const float above = at * near - high_depth, below = at * far - low_depth;
+    not_passing = detail::with_sign(not_passing, above - other_bias * near);
+    failing = detail::with_sign(failing, below + other_bias * far);
+    not_passing_beside = detail::with_sign(not_passing_beside, above + (more - other_beside) * near);
+    failing_beside = detail::with_sign(failing_beside, below + (more + other_beside) * far);
   }
-  return all_pass ? 1 : all_fail ? 0 : kEachItsOwn;
+  if ((not_passing & asked) == 0) return kGroupTexels;
+  if ((~failing & asked) == 0) return 0;
+  const std::uint32_t unsure = (not_passing & ~failing) | (not_passing_beside & ~failing_beside);
+  if ((unsure & asked) != 0 || side > kMostGroupSize) return kGroupUnsure;
+  return (~not_passing & 511u) | (~not_passing_beside & 511u) << 9 | column << 18 | row << 25;
+}
+
+/// What look_up_map says of a VPL's map for each of the receivers, 0 for those that lie behind the light; kEachItsOwn where
+/// that differs between them, or where they are too far apart to say.
+template <class Depth, int Size = 0>
+LC_KERNEL float look_up_group(const MapRecord& map, const FlatReceivers& receivers, int size, const Depth* codes) {
+  const std::uint32_t texels = look_up_group_texels<Depth, Size>(map, receivers, size, codes);
+  return texels == kGroupTexels ? 1 : texels == 0 ? 0 : kEachItsOwn;
+}
+
+/// The share of one receiver of a group by its place, which is what look_up_map says, without asking the map.
+///
+/// @param texels  what the group's look said, neither kGroupUnsure nor kGroupTexels
+/// @param x, y    the receiver's place on the map, in texels from the centre of texel (0, 0) of the word
+LC_KERNEL float share_by_place(std::uint32_t texels, float x, float y) {
+  using detail::kWholeMagic;
+  const float index_x = x + kWholeMagic, index_y = y + kWholeMagic;
+  const float rest_x = (index_x - kWholeMagic) - x, rest_y = (index_y - kWholeMagic) - y;
+  const std::uint32_t own = (bits_of(index_x) - detail::kWholeBits) + 3 * (bits_of(index_y) - detail::kWholeBits);
+  const bool passes = (texels >> own & 1u) != 0;
+  const std::uint32_t around = (passes ? texels >> 9 : texels) << 3 >> own;  // bit 3: the receiver's own texel
+  const float weight_x = std::fabs(rest_x), weight_y = std::fabs(rest_y);
+  const float of_x = (around & (rest_x < 0 ? 1u << 4 : 1u << 2)) != 0 ? weight_x : 0.0f;
+  const float of_y = (around & (rest_y < 0 ? 1u << 6 : 1u)) != 0 ? weight_y : 0.0f;
+  return detail::larger((passes ? 1 - weight_x - weight_y : 0.0f) + (of_x + of_y), 0.0f);
+}
+
+/// Column and row of texel (0, 0) of a word.
+LC_KERNEL std::uint32_t group_column(std::uint32_t texels) { return texels >> 18 & 127u; }
+LC_KERNEL std::uint32_t group_row(std::uint32_t texels) { return texels >> 25; }
+
+/// The same of a receiver as to_map sees it, in front of the light.
+template <int Size = 0>
+LC_KERNEL float share_by_place(std::uint32_t texels, Vec3 local, float distance_sq, int size) {
+  const float half = 0.5f * static_cast<float>(Size > 0 ? Size : size);
+  const float distance = distance_sq * detail::quick_inverse_root(detail::larger(distance_sq, 1e-30f));
+  const float scale = half * detail::quick_reciprocal(distance + local.z);
+  return share_by_place(texels, local.x * scale + (half - 0.5f - static_cast<float>(group_column(texels))),
+                        local.y * scale + (half - 0.5f - static_cast<float>(group_row(texels))));
 }
 
 }  // namespace lightcuts

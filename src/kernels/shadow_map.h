@@ -181,21 +181,21 @@ inline constexpr float kSmallDisc = 0.25f;
 /// Smaller than the sphere's footprint where the disc is seen at a slant. For discs above the horizon whose radius is at most
 /// kSmallDisc of their distance.
 ///
-/// To first order the disc reaches radius * |part of the gradient of u or v in its plane|. The rest is less than 1.25 times
-/// the squared angle r / (d - r), which bounds half the second derivative over the disc.
+/// To first order the disc reaches radius * |part of the gradient of u or v in its plane|. The map keeps angles, so both
+/// gradients are as long, 1 / (distance + z); u's direction is (1, 0, 0) - u (x, y, z + distance) / distance. The rest is
+/// less than 1.25 times the squared angle r / (d - r), which bounds half the second derivative over the disc.
 template <class T>
 LC_FN MapBox<T> paraboloid_box(Vec3T<T> local, Vec3T<T> normal, T distance, T radius) {
   const T one(1.0f);
   const T inverse = reciprocal(max_of(distance, T(1e-30f)));
   const T scale = reciprocal(max_of(distance + local.z, T(1e-30f)));
   const T u = local.x * scale, v = local.y * scale;
-  const T x = local.x * inverse, y = local.y * inverse, z = local.z * inverse + one;
-  const Vec3T<T> along_u{one - u * x, -(u * y), -(u * z)}, along_v{-(v * x), one - v * y, -(v * z)};
-  const T across_u = dot(along_u, normal), across_v = dot(along_v, normal);
+  const T along = dot(local, normal) * inverse + normal.z;
+  const T across_u = normal.x - u * along, across_v = normal.y - v * along;
   const T share = radius * inverse, angle = share * (one + T(1 / (1 - kSmallDisc)) * share);
   const T bend = T(1.25f) * angle * angle, reach = radius * scale;
-  return {u, v, reach * square_root(max_of(dot(along_u, along_u) - across_u * across_u, T(0.0f))) + bend,
-          reach * square_root(max_of(dot(along_v, along_v) - across_v * across_v, T(0.0f))) + bend};
+  return {u, v, reach * square_root(max_of(one - across_u * across_u, T(0.0f))) + bend,
+          reach * square_root(max_of(one - across_v * across_v, T(0.0f))) + bend};
 }
 
 /// The ray through a place of a paraboloid map, not of unit length: its direction is (2u, 2v, 1 - rho^2) and its length

@@ -105,7 +105,7 @@ void compare_groups(float extent) {
   std::mt19937 dice(Size);
   std::uniform_real_distribution<float> unit(0, 1), both(-1, 1);
   const Box room{{-3, -1, -4}, {5, 3, 4}}, box{{-1, -1, -1}, {1, 1, 1}};
-  int groups = 0, known = 0, wrong = 0;
+  int groups = 0, known = 0, placed = 0, wrong = 0, wrong_placed = 0;
   for (int round = 0; round < 60; ++round) {
     Vec3 origin;
     do {
@@ -138,10 +138,11 @@ void compare_groups(float extent) {
       group.ng = {ng[0], ng[1], ng[2]};
       group.reach = length(group.half_a) + length(group.half_b);
       const float shared = look_up_group<Depth, Size>(map, group, Size, codes.data());
+      const std::uint32_t texels = look_up_group_texels<Depth, Size>(map, group, Size, codes.data());
       if (dot(group.middle - origin, map.z) < 0) continue;
       ++groups;
-      if (shared == kEachItsOwn) continue;
-      ++known;
+      if (texels == kGroupUnsure) continue;
+      ++(shared == kEachItsOwn ? placed : known);
       for (int k = 0; k < 24; ++k) {
         // The corners are the farthest.
         const float s = k < 4 ? (k % 2 == 0 ? -1.0f : 1.0f) : both(dice),
@@ -149,13 +150,22 @@ void compare_groups(float extent) {
         const Vec3 local = to_map(map, group.middle + group.half_a * s + group.half_b * t);
         if (!(local.z > 0)) continue;  // no light arrives
         const float expected = look_up_map<Depth, true, Size>(map, local, group.ng, Size, codes.data());
-        wrong += std::abs(shared - expected) > 1e-5f ? 1 : 0;
+        if (shared != kEachItsOwn) {
+          wrong += std::abs(shared - expected) > 1e-5f ? 1 : 0;
+        } else {
+          const float share = share_by_place<Size>(texels, local, dot(local, local), Size);
+          wrong_placed += std::abs(share - expected) > 1e-3f ? 1 : 0;
+        }
       }
     }
   }
-  std::printf("  %d texels, groups of %g m: one look serves all in %d %%, %d receivers of %d wrong\n", Size, extent,
-              100 * known / groups, wrong, 24 * known);
+  std::printf(
+      "  %d texels, groups of %g m: one look serves all in %d %%, with their places in %d %%; %d and %d of %d and %d "
+      "wrong\n",
+      Size, extent, 100 * known / groups, 100 * placed / groups, wrong, wrong_placed, 24 * known, 24 * placed);
   EXPECT_EQ(wrong, 0);
+  EXPECT_LE(wrong_placed, 24 * placed / 5000);  // in the middle between two texels
+  EXPECT_GT(placed, extent < 0.02f ? groups / 50 : 0);
   EXPECT_GT(known, extent < 0.02f ? 3 * groups / 4 : groups / 50);
 }
 

@@ -47,7 +47,9 @@ __device__ inline Ray shadow_ray_to(Vec3 from, const StagedLight& light) {
 //
 // `shadows`: looking at a light costs more than its bound. `own_cuts`: so much more that every pixel of a group tests the
 // nodes that the group as a whole refuses. `traces`: looks are counted as rays. `look_tests`: tests of nodes that take as long
-// as a look; `crew_blocks`: of a crew, by measurement. `Group`: what is known of a group's pixels. `Staged`: what is read, and
+// as a look; `crew_blocks`: of a crew; `first_caution`: the first walk's threshold relative to the estimate, all three by
+// measurement: where a walk costs little, or its rays are remembered, few nodes first tell the total better, for too low a
+// threshold cannot be taken back. `Group`: what is known of a group's pixels. `Staged`: what is read, and
 // seen, of a light once for all of them.
 //
 // share() says what arrives at a pixel: at `receiver`, whose exact position is `from`, the tile's `pixel`-th.
@@ -56,6 +58,7 @@ __device__ inline Ray shadow_ray_to(Vec3 from, const StagedLight& light) {
 struct SeeAll {
   static constexpr bool shadows = false, own_cuts = false, traces = false;
   static constexpr int look_tests = 0, crew_blocks = 4;
+  static constexpr float first_caution = 4;
   struct Group {};
   struct Staged {
     static constexpr float share = 1;
@@ -81,6 +84,7 @@ __device__ __noinline__ inline bool blocked(const DeviceTracer& tracer, const Ra
 struct SeeByRays {
   static constexpr bool shadows = true, own_cuts = true, traces = true;
   static constexpr int look_tests = 1, crew_blocks = 4;
+  static constexpr float first_caution = 16;
   struct Group {};
   struct Staged {
     static constexpr float share = -1;

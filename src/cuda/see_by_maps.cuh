@@ -13,6 +13,7 @@ template <class Depth, int Size>
 struct SeeByMaps {
   static constexpr bool shadows = true, own_cuts = false, traces = false;
   static constexpr int look_tests = 2, crew_blocks = 2;
+  static constexpr float first_caution = 0.9f;
   using Group = FlatReceivers;
   struct Staged {
     std::uint32_t slot;

@@ -19,11 +19,7 @@ __device__ inline float group_bound(const ReceiverGroup<FastFloat>& group, const
   return group_directional_bound(group, lights).value;
 }
 
-/// A threshold of the first walk relative to the estimate. Where rays are traced, few nodes first tell the total better: too low
-/// a threshold cannot be taken back, and what is traced is remembered.
-template <bool traces>
-inline constexpr float kFirstCaution = traces ? 8.0f : 0.9f;
-/// The same of the next walks, once a cut's total is known.
+/// A threshold relative to the total that an earlier walk saw.
 inline constexpr float kNextCaution = 0.98f;
 /// A threshold sinks at most by this factor from one walk to the next.
 inline constexpr float kLargestDrop = 16;
@@ -180,7 +176,7 @@ class TileCut : TileLight<Visibility, crew> {
     // Where the upper level shows nothing, the search for the total starts from what there could be at most.
     const float total = largest > 0 ? fmaxf(least, largest / 64) : root_bound() / 64;
     // Where it shows hardly anything, it starts from all that was offered.
-    return total * (arrival_ < kUnsureArrival ? 1 / arrival_ : kFirstCaution<Visibility::traces>);
+    return total * (arrival_ < kUnsureArrival ? 1 / arrival_ : Visibility::first_caution);
   }
 
   /// By what a node's intensity is multiplied so that 1 is what every pixel of the group accepts.

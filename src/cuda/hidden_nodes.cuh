@@ -66,9 +66,9 @@ struct Umbras {
   static_assert(sizeof umbra >= kMostOccluders * sizeof(float));
 
   __device__ static bool is_inside(const Umbra& umbra, Vec3 at) {
-    float least = kInfinity;
-    for (const HalfSpace& h : umbra.behind) least = fminf(least, dot(h.normal, at) + h.offset);
-    return least > 0;
+    bool inside = true;  // not for a plane that is not a number
+    for (const HalfSpace& h : umbra.behind) inside &= dot(h.normal, at) + h.offset > 0;
+    return inside;
   }
 
   /// At most 64 lights of the trees' upper levels, two a lane.

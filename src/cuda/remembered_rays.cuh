@@ -17,7 +17,7 @@ struct RayMemory {
 /// asks again for what the ones before it asked for, but for those nodes that they did not open.
 ///
 /// Shared by the threads that have its memory. Entries are added and never replaced, in whatever order: what is forgotten is traced
-/// again, so only speed depends on it.
+/// again, so only speed and the number of rays that were traced depend on it.
 class RememberedRays {
  public:
   /// A light's rays, by pixels.
@@ -28,7 +28,9 @@ class RememberedRays {
   RememberedRays() = default;
   /// @param part  of the memory, the warps' first
   __device__ RememberedRays(const RayMemory& memory, std::size_t first, std::uint32_t size)
-      : lights_(memory.lights == nullptr ? nullptr : memory.lights + first), rays_(memory.rays + first), size_(size) {}
+      : lights_(memory.lights == nullptr ? nullptr : memory.lights + first),
+        rays_(memory.rays == nullptr ? nullptr : memory.rays + first),
+        size_(size) {}
 
   /// By `threads` threads together, who meet afterwards.
   __device__ void forget(std::uint32_t thread, std::uint32_t threads) const {

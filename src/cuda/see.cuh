@@ -52,7 +52,8 @@ __device__ inline Ray shadow_ray_to(Vec3 from, const StagedLight& light) {
 // threshold cannot be taken back. `Group`: what is known of a group's pixels. `Staged`: what is read, and
 // seen, of a light once for all of them.
 //
-// share() says what arrives at a pixel: at `receiver`, whose exact position is `from`, the tile's `pixel`-th.
+// share() says what arrives at a pixel: at `receiver`, whose exact position is `from`, the tile's `pixel`-th. Where rays are
+// traced only `from` counts.
 
 /// All light arrives.
 struct SeeAll {

@@ -34,7 +34,7 @@ struct LightRange {
 ///
 /// A map depends on its light, the points and the options only; not on which others are made with it. One block of
 /// threads draws a map in shared memory (in a scratch of its own in global memory where it does not fit), keeps the
-/// nearest depth codes by whole-number minima, so that the order of threads is of no account, fills its holes there and
+/// largest nearness by whole-number maxima, so that the order of threads is of no account, fills its holes there and
 /// writes it once.
 class DeviceMaps {
  public:

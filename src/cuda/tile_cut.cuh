@@ -170,7 +170,7 @@ class TileCut : TileLight<Visibility, crew> {
   /// The total of this lane's pixel that the first walk takes for granted, with caution.
   __device__ float first_total(unsigned lanes) {
     const auto upper = this->estimate(lanes);
-    const float most = total_of(upper.most), largest = warp_max_positive(most);
+    const float most = total_of(upper.most), largest = warp_max_positive(mine_ ? most : 0.0f);
     // Where pixels have cuts of their own, none needs the least of all.
     const float least = kOwnCuts ? most : total_of(upper.least);
     // Where the upper level shows nothing, the search for the total starts from what there could be at most.

@@ -123,7 +123,7 @@ struct Shelf {
   };
   Vpl* vpls = nullptr;
   Owner* owners = nullptr;
-  std::uint32_t* used = nullptr;  ///< places asked for, more than there are where they do not suffice
+  std::uint32_t* used = nullptr;  ///< places asked for
   std::uint32_t capacity = 0;
 };
 
@@ -311,6 +311,10 @@ class VplTracing {
     const Shelf shelf{shelved.data(), owners.data(), used.data(), static_cast<std::uint32_t>(shelved.size())};
     executor_.for_each(path_count, ShelveVpls{paths, counts.data(), shelf});
     const std::uint32_t total = executor_.exclusive_scan(counts.data(), places.data(), path_count);
+    if (total > shelf.capacity) {  // of no use, and its room is needed
+      shelved = DeviceBuffer<Vpl>();
+      owners = DeviceBuffer<Shelf::Owner>();
+    }
     DeviceBuffer<Vpl> made(device_, total);
     if (total <= shelf.capacity) {
       executor_.for_each(total, OrderVpls{shelf, places.data(), made.data()});

@@ -148,7 +148,7 @@ class RaySum {
 
   const RayTracer* tracer_;
   Vec3 origin_;
-  RayPacket16 rays_;
+  RayPacket16 rays_{};  // lanes that are not asked, too: Embree looks at all of them
   double values_[kPacketSize];
   double sum_ = 0;
   int count_ = 0;

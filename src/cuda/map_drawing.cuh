@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "cuda/shadow_maps.h"
+#include "cuda/warp.cuh"
 #include "kernels/draw_map.h"
 
 // Drawing points of surfaces into a map, by a block of threads. Discs differ much in how many texels they may cover, and
@@ -12,7 +13,6 @@
 namespace lightcuts::cuda {
 
 inline constexpr int kWarp = 32;
-inline constexpr std::uint32_t kAllLanes = 0xffffffffu;
 
 struct DrawParams {
   PointsView points;

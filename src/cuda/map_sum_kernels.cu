@@ -209,17 +209,31 @@ __device__ void add_light(Vec3 intensity, float factor, Sums& sums) {
   sums.block.z = fmaf(intensity.z, factor, sums.block.z);
 }
 
+/// What arrives of a plain light before anything hides it: no limit has to be minded.
+struct PlainWay {
+  Vec3 travel;      ///< from the light [m]
+  float cos_light;  ///< times the distance
+  float distance_sq, factor;
+};
+template <bool flat>
+__device__ PlainWay plain_way(const LitPixel& pixel, Vec3 position, Vec3 axis) {
+  PlainWay way;
+  way.travel = pixel.position - position;
+  way.cos_light = dot(axis, way.travel);
+  way.distance_sq = length_sq(way.travel);
+  const float cos_receiver = dot(pixel.ns, way.travel);
+  const float cosines = way.cos_light * (flat ? cos_receiver : positive(cos_receiver));
+  way.factor = cosines * lightcuts::detail::quick_reciprocal(way.distance_sq * way.distance_sq + kTinyDistance4);
+  return way;
+}
+
 /// Lights of which all arrives at all pixels of a warp: by much the most, and what is told of them leaves little to do.
 template <bool flat>
 __device__ void add_plain(const LitPixel& pixel, const PlainVpl* lights, int count, Sums& sums) {
 #pragma unroll 4
   for (int i = 0; i < count; ++i) {
     const PlainVpl& light = lights[i];
-    const Vec3 travel = pixel.position - light.position;
-    const float cos_receiver = dot(pixel.ns, travel), distance_sq = length_sq(travel);
-    const float cosines = dot(light.axis, travel) * (flat ? cos_receiver : positive(cos_receiver));
-    const float factor = cosines * lightcuts::detail::quick_reciprocal(distance_sq * distance_sq + kTinyDistance4);
-    add_light(light.intensity, factor, sums);
+    add_light(light.intensity, plain_way<flat>(pixel, light.position, light.axis).factor, sums);
   }
 }
 
@@ -228,15 +242,12 @@ __device__ void add_placed(const LitPixel& pixel, const PlacedVpl* lights, int c
 #pragma unroll 2
   for (int i = 0; i < count; ++i) {
     const PlacedVpl& light = lights[i];
-    const Vec3 travel = pixel.position - light.position;
-    const float cos_receiver = dot(pixel.ns, travel), distance_sq = length_sq(travel);
-    const float cos_light = dot(light.axis, travel);
-    const float cosines = cos_light * (flat ? cos_receiver : positive(cos_receiver));
-    const float factor = cosines * lightcuts::detail::quick_reciprocal(distance_sq * distance_sq + kTinyDistance4);
-    const float distance = distance_sq * lightcuts::detail::quick_inverse_root(distance_sq + kTinyDistance4);
-    const float scale = lightcuts::detail::quick_reciprocal(distance + cos_light);
-    const float x = dot(travel, light.x) * scale + light.first_x, y = dot(travel, light.y) * scale + light.first_y;
-    add_light(light.intensity, factor * share_by_place(light.texels, x, y), sums);
+    const PlainWay way = plain_way<flat>(pixel, light.position, light.axis);
+    const float distance = way.distance_sq * lightcuts::detail::quick_inverse_root(way.distance_sq + kTinyDistance4);
+    const float scale = lightcuts::detail::quick_reciprocal(distance + way.cos_light);
+    const float x = dot(way.travel, light.x) * scale + light.first_x,
+                y = dot(way.travel, light.y) * scale + light.first_y;
+    add_light(light.intensity, way.factor * share_by_place(light.texels, x, y), sums);
   }
 }
 

@@ -47,8 +47,8 @@ __device__ inline Ray shadow_ray_to(Vec3 from, const StagedLight& light) {
 //
 // `shadows`: looking at a light costs more than its bound. `own_cuts`: so much more that every pixel of a group tests the
 // nodes that the group as a whole refuses. `traces`: looks are counted as rays. `look_tests`: tests of nodes that take as long
-// as a look; `crew_blocks`: of a crew; `first_caution`: the first walk's threshold relative to the estimate, all three by
-// measurement: where a walk costs little, or its rays are remembered, few nodes first tell the total better, for too low a
+// as a look; `crew_blocks`: of a crew; `most_umbras`: of a group, each of which costs every test; `first_caution`: the first walk's
+// threshold relative to the estimate, all by measurement: where a walk costs little, or its rays are remembered, few nodes first tell the total better, for too low a
 // threshold cannot be taken back. `Group`: what is known of a group's pixels. `Staged`: what is read, and
 // seen, of a light once for all of them.
 //
@@ -58,7 +58,7 @@ __device__ inline Ray shadow_ray_to(Vec3 from, const StagedLight& light) {
 /// All light arrives.
 struct SeeAll {
   static constexpr bool shadows = false, own_cuts = false, traces = false;
-  static constexpr int look_tests = 0, crew_blocks = 4;
+  static constexpr int look_tests = 0, crew_blocks = 4, most_umbras = 0;
   static constexpr float first_caution = 4;
   struct Group {};
   struct Staged {
@@ -84,7 +84,7 @@ __device__ __noinline__ inline bool blocked(const DeviceTracer& tracer, const Ra
 /// Exact shadow rays.
 struct SeeByRays {
   static constexpr bool shadows = true, own_cuts = true, traces = true;
-  static constexpr int look_tests = 1, crew_blocks = 4;
+  static constexpr int look_tests = 1, crew_blocks = 4, most_umbras = 32;
   static constexpr float first_caution = 16;
   struct Group {};
   struct Staged {

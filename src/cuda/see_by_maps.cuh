@@ -12,7 +12,7 @@ namespace lightcuts::cuda {
 template <class Depth, int Size>
 struct SeeByMaps {
   static constexpr bool shadows = true, own_cuts = false, traces = false;
-  static constexpr int look_tests = 2, crew_blocks = 2;
+  static constexpr int look_tests = 2, crew_blocks = 2, most_umbras = 16;
   static constexpr float first_caution = 0.9f;
   using Group = FlatReceivers;
   struct Staged {

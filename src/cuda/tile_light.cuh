@@ -35,10 +35,7 @@ struct CutSpace {
   WarpStage<Visibility> stages[warps];
   PixelsNode stack[kStack];  ///< first children of the nodes to go below
   PixelsNode chosen[kChosen];
-  Umbras<Visibility::traces    ? 32
-         : Visibility::shadows ? 16
-                               : 0>
-      umbras;  // each costs every test; a ray more than a look
+  Umbras<Visibility::most_umbras> umbras;
   typename Visibility::Group group;
   std::uint32_t found[2][warps];  ///< by each warp in a step, of both: to go below, and chosen times 2^16
 };

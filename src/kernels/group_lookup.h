@@ -191,7 +191,7 @@ LC_KERNEL std::uint32_t look_up_group_texels(const MapRecord& map, const FlatRec
 }
 
 /// What look_up_map says of a VPL's map for each of the receivers, 0 for those that lie behind the light; kEachItsOwn where
-/// that differs between them, or where they are too far apart to say.
+/// that differs between them, or where they are too far apart to say. For tests; renderers ask for the texels.
 template <class Depth, int Size = 0>
 LC_KERNEL float look_up_group(const MapRecord& map, const FlatReceivers& receivers, int size, const Depth* codes) {
   const std::uint32_t texels = look_up_group_texels<Depth, Size>(map, receivers, size, codes);

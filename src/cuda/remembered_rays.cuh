@@ -26,7 +26,7 @@ class RememberedRays {
   };
 
   RememberedRays() = default;
-  /// @param part  of the memory, the warps' first
+  /// @param first, size  the lights' places of the memory that are these threads' own; size a power of two
   __device__ RememberedRays(const RayMemory& memory, std::size_t first, std::uint32_t size)
       : lights_(memory.lights == nullptr ? nullptr : memory.lights + first),
         rays_(memory.rays == nullptr ? nullptr : memory.rays + first),

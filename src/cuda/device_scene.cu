@@ -53,6 +53,7 @@ DeviceScene::DeviceScene(Device& device, const Scene& scene, const SceneView& ho
   node_count_ = bvh.node_count;
   triangle_count_ = instance_begin.back();
   nodes_ = std::move(bvh.nodes);
+  shadow_nodes_ = std::move(bvh.shadow_nodes);
   leaves_ = std::move(bvh.triangles);
 }
 

@@ -22,7 +22,8 @@ class DeviceScene {
 
   [[nodiscard]] const SceneView& view() const noexcept { return view_; }
   [[nodiscard]] WideBvhView bvh() const noexcept {
-    return {node_count_ == 0 ? nullptr : nodes_.data(), leaves_.data()};
+    return {node_count_ == 0 ? nullptr : nodes_.data(), node_count_ == 0 ? nullptr : shadow_nodes_.data(),
+            leaves_.data()};
   }
   [[nodiscard]] std::uint32_t triangle_count() const noexcept { return triangle_count_; }
   [[nodiscard]] std::uint32_t node_count() const noexcept { return node_count_; }
@@ -34,7 +35,7 @@ class DeviceScene {
   std::vector<DeviceBuffer<std::byte>> arrays_;
   Device* device_;
   SceneView view_;
-  DeviceBuffer<WideNode> nodes_;
+  DeviceBuffer<WideNode> nodes_, shadow_nodes_;
   DeviceBuffer<LeafTriangle> leaves_;
   std::uint32_t triangle_count_ = 0, node_count_ = 0;
 };

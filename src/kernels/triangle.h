@@ -11,8 +11,7 @@ namespace lightcuts {
 /// Source: Woop, Benthin, Wald 2013, "Watertight Ray/Triangle Intersection".
 struct ShearedRay {
   Vec3 direction;
-  int kx, ky, kz;
-  float sx, sy;
+  Vec3 x, y;  ///< what a corner's coordinates weigh in its sheared ones: 1, 0 and the shear of the permuted axes
 };
 
 LC_FN ShearedRay shear(Vec3 direction) {
@@ -20,15 +19,11 @@ LC_FN ShearedRay shear(Vec3 direction) {
   const float ay = direction.y < 0 ? -direction.y : direction.y;
   const float az = direction.z < 0 ? -direction.z : direction.z;
   const int kz = ax > ay ? (ax > az ? 0 : 2) : (ay > az ? 1 : 2);
-  int kx = kz == 2 ? 0 : kz + 1;
-  int ky = kx == 2 ? 0 : kx + 1;
-  const float dz = component(direction, kz);
-  if (dz < 0) {
-    const int swap = kx;
-    kx = ky;
-    ky = swap;
-  }
-  return {direction, kx, ky, kz, component(direction, kx) / dz, component(direction, ky) / dz};
+  const float scale = -1.0f / component(direction, kz);
+  const Vec3 n = direction * scale;
+  const Vec3 first = kz == 0 ? Vec3{n.y, 1, 0} : kz == 1 ? Vec3{0, n.z, 1} : Vec3{1, 0, n.x};
+  const Vec3 second = kz == 0 ? Vec3{n.z, 0, 1} : kz == 1 ? Vec3{1, n.x, 0} : Vec3{0, 1, n.y};
+  return scale > 0 ? ShearedRay{direction, second, first} : ShearedRay{direction, first, second};
 }
 
 /// a b - c d with both products rounded: never fused, so that swapping the pairs only flips the sign. With a fused
@@ -39,6 +34,26 @@ LC_FN float product_difference(float a, float b, float c, float d) {
 #else
   return a * b - c * d;
 #endif
+}
+
+/// a b + c rounded once where that is one operation, whatever the compiler is told.
+LC_FN float multiply_add(float a, float b, float c) {
+#if defined(__CUDA_ARCH__)
+  return __fmaf_rn(a, b, c);
+#else
+  return a * b + c;
+#endif
+}
+
+/// One sheared coordinate of a corner, by the same operations wherever it is asked for: neighbours must agree about their
+/// common corners.
+LC_FN float sheared(Vec3 corner, Vec3 weights) {
+#if defined(__CUDA_ARCH__)
+  const float x = __fmul_rn(corner.x, weights.x);
+#else
+  const float x = corner.x * weights.x;
+#endif
+  return multiply_add(corner.z, weights.z, multiply_add(corner.y, weights.y, x));
 }
 
 /// Normal of a triangle by its edges in a row: of three products that are equal but for rounding, that of the two
@@ -55,16 +70,23 @@ struct TriangleHit {
   float t, u, v;
 };
 
+/// Distance of a hit, t < 0: none; and what its barycentric coordinates come from, where they are wanted.
+struct TriangleMeeting {
+  float t, e1, e2, det;
+  LC_FN TriangleHit hit() const {
+    const float inv_det = 1.0f / det;
+    return {t, e1 * inv_det, e2 * inv_det};
+  }
+};
+
 /// Meets a triangle from either side within [t_min, t_max]; both ends count.
-LC_FN TriangleHit intersect_triangle(Vec3 origin, const ShearedRay& ray, Vec3 p0, Vec3 p1, Vec3 p2, float t_min,
-                                     float t_max) {
-  const TriangleHit miss{-1, 0, 0};
+LC_FN TriangleMeeting meet_triangle(Vec3 origin, const ShearedRay& ray, Vec3 p0, Vec3 p1, Vec3 p2, float t_min,
+                                    float t_max) {
+  const TriangleMeeting miss{-1, 0, 0, 1};
   const Vec3 a = p0 - origin, b = p1 - origin, c = p2 - origin;
-  const float akz = component(a, ray.kz), bkz = component(b, ray.kz), ckz = component(c, ray.kz);
-  // Each corner is projected alike in every triangle that shares it: the compiler may fuse, but always the same way.
-  const float ax = component(a, ray.kx) - ray.sx * akz, ay = component(a, ray.ky) - ray.sy * akz;
-  const float bx = component(b, ray.kx) - ray.sx * bkz, by = component(b, ray.ky) - ray.sy * bkz;
-  const float cx = component(c, ray.kx) - ray.sx * ckz, cy = component(c, ray.ky) - ray.sy * ckz;
+  const float ax = sheared(a, ray.x), ay = sheared(a, ray.y);
+  const float bx = sheared(b, ray.x), by = sheared(b, ray.y);
+  const float cx = sheared(c, ray.x), cy = sheared(c, ray.y);
   float e0 = product_difference(cx, by, cy, bx);
   float e1 = product_difference(ax, cy, ay, cx);
   float e2 = product_difference(bx, ay, by, ax);
@@ -82,8 +104,12 @@ LC_FN TriangleHit intersect_triangle(Vec3 origin, const ShearedRay& ray, Vec3 p0
   const Vec3 normal = plane_normal(p1 - p0, p2 - p1, p0 - p2);
   const float t = dot(a, normal) / dot(ray.direction, normal);
   if (!(t >= t_min && t <= t_max)) return miss;
-  const float inv_det = 1.0f / det;
-  return {t, e1 * inv_det, e2 * inv_det};
+  return {t, e1, e2, det};
+}
+
+LC_FN TriangleHit intersect_triangle(Vec3 origin, const ShearedRay& ray, Vec3 p0, Vec3 p1, Vec3 p2, float t_min,
+                                     float t_max) {
+  return meet_triangle(origin, ray, p0, p1, p2, t_min, t_max).hit();
 }
 
 }  // namespace lightcuts

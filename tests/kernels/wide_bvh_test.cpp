@@ -134,21 +134,25 @@ TEST_P(WideBvhSizes, HoldsEveryTriangleOnce) {
   SerialExecutor exec;
   const auto bvh = build_wide_bvh(exec, scene->view, scene->instance_begin);
   const std::uint32_t n = scene->instance_begin.back();
-  std::vector<int> seen(n, 0);
-  for (std::uint32_t i = 0; i < bvh.node_count; ++i) {
-    const WideNode& node = bvh.nodes[i];
-    for (int c = 0; c < 8; ++c) {
-      if (node.node_mask >> c & 1) {
-        EXPECT_EQ(node.meta[c], 0);
-        continue;
-      }
-      for (std::uint32_t t = 0; t < (node.meta[c] & 3u); ++t) {
-        const LeafTriangle& leaf = bvh.triangles[node.triangle_base + (node.meta[c] >> 2) + t];
+  const auto count = [&](const WideBvhView& view, const WideNode* nodes) {
+    std::vector<int> seen(n, 0), reached(bvh.node_count, 0);
+    reached[0] = 1;
+    for (std::uint32_t i = 0; i < bvh.node_count; ++i) {
+      const WideNode& node = nodes[i];
+      for (int c = 0; c < std::popcount(node.node_mask); ++c) ++reached[node.child_base + c];
+      for (int t = 0; t < std::popcount(node.triangle_mask); ++t) {
+        const LeafTriangle& leaf = view.triangles[node.triangle_base + t];
         ++seen[scene->instance_begin[leaf.instance] + leaf.triangle];
       }
+      for (int c = 0; c < 8; ++c) {
+        EXPECT_FALSE((node.node_mask >> c & 1) != 0 && (node.triangle_mask >> 3 * c & 7) != 0);
+      }
     }
-  }
-  for (std::uint32_t i = 0; i < n; ++i) EXPECT_EQ(seen[i], 1) << i;
+    for (std::uint32_t i = 0; i < n; ++i) EXPECT_EQ(seen[i], 1) << i;
+    for (std::uint32_t i = 0; i < bvh.node_count; ++i) EXPECT_EQ(reached[i], 1) << i;
+  };
+  count(bvh.view(), bvh.nodes.data());
+  count(bvh.view(), bvh.shadow_nodes.data());
 }
 
 INSTANTIATE_TEST_SUITE_P(Counts, WideBvhSizes, testing::Values(1, 2, 3, 4, 5, 8, 33, 257, 2000));

@@ -15,45 +15,84 @@ __device__ inline Vec3 within_plane(Vec3 v, Vec3 ng) {
   return normalize(cross(ng, other));
 }
 
-/// The parallelogram that holds the pixels of a tile that lie in one plane, along the tile's rows and columns.
+/// The parallelogram that holds the pixels of `Each` tiles, one below the other, that lie in one plane, along the tiles' rows and
+/// columns.
 ///
-/// @param lanes  whose pixels count, not none; all lanes must take part and get the same
-__device__ inline FlatReceivers flat_receivers(unsigned lanes, Vec3 position, Vec3 ng) {
+/// @param lanes  whose pixels count, of each tile; not none; all lanes must take part and get the same
+template <int Each>
+__device__ inline FlatReceivers flat_receivers(const unsigned (&lanes)[Each], const Vec3 (&position)[Each],
+                                               const Vec3 (&ng)[Each]) {
   static_assert(kTileWidth == 8 && kTileHeight == 4);
-  const int lane = static_cast<int>(threadIdx.x % 32), leader = __ffs(static_cast<int>(lanes)) - 1;
-  const bool in = (lanes >> lane & 1u) != 0;
+  const int lane = static_cast<int>(threadIdx.x % 32);
   FlatReceivers group;
-  group.ng = from_lane(ng, leader);
-  const Vec3 first = from_lane(position, leader), way = position - first, turned = ng - group.ng;
-  const bool alike = __all_sync(kAllLanes, !in || dot(turned, turned) < 1e-10f) != 0;
+  bool in[Each];
+  Vec3 first;
+  int count = 0;
+  float columns = 0, rows = 0;
+#pragma unroll
+  for (int k = Each - 1; k >= 0; --k) {
+    in[k] = (lanes[k] >> lane & 1u) != 0;
+    if (lanes[k] != 0) {
+      const int leader = __ffs(static_cast<int>(lanes[k])) - 1;
+      group.ng = from_lane(ng[k], leader);
+      first = from_lane(position[k], leader);
+    }
+    const auto bits = [&](unsigned mask) { return static_cast<float>(__popc(lanes[k] & mask)); };
+    count += __popc(lanes[k]);
+    columns += bits(0xaaaaaaaau) + 2 * bits(0xccccccccu) + 4 * bits(0xf0f0f0f0u);
+    rows += bits(0xff00ff00u) + 2 * bits(0xffff0000u) + static_cast<float>(k * kTileHeight) * bits(~0u);
+  }
 
   // How the position grows with column and row, by regression.
-  const float share = 1.0f / static_cast<float>(__popc(lanes));
-  const auto bits = [&](unsigned mask) { return static_cast<float>(__popc(lanes & mask)); };
-  const float column = static_cast<float>(lane % kTileWidth) -
-                       share * (bits(0xaaaaaaaau) + 2 * bits(0xccccccccu) + 4 * bits(0xf0f0f0f0u));
-  const float row = static_cast<float>(lane / kTileWidth) - share * (bits(0xff00ff00u) + 2 * bits(0xffff0000u));
-  const Vec3 a = within_plane(warp_sum(in ? way * column : Vec3{}), group.ng);
-  Vec3 b = within_plane(warp_sum(in ? way * row : Vec3{}), group.ng);
+  const float share = 1.0f / static_cast<float>(count);
+  bool alike = true;
+  Vec3 by_column, by_row;
+#pragma unroll
+  for (int k = 0; k < Each; ++k) {
+    const Vec3 way = position[k] - first, turned = ng[k] - group.ng;
+    alike = alike && (!in[k] || dot(turned, turned) < 1e-10f);
+    if (in[k]) {
+      by_column += way * (static_cast<float>(lane % kTileWidth) - share * columns);
+      by_row += way * (static_cast<float>(lane / kTileWidth + k * kTileHeight) - share * rows);
+    }
+  }
+  alike = __all_sync(kAllLanes, alike) != 0;
+  const Vec3 a = within_plane(warp_sum(by_column), group.ng);
+  Vec3 b = within_plane(warp_sum(by_row), group.ng);
   float area = dot(cross(a, b), group.ng);
   if (!(fabsf(area) > 0.1f)) {
     b = cross(group.ng, a);
     area = 1;
   }
 
-  const float s = dot(cross(way, b), group.ng) / area, t = dot(cross(a, way), group.ng) / area;
-  const float off = warp_max(in ? fabsf(dot(way, group.ng)) : 0.0f);
-  const float s_lo = warp_min(in ? s : kInfinity), s_hi = warp_max(in ? s : -kInfinity);
-  const float t_lo = warp_min(in ? t : kInfinity), t_hi = warp_max(in ? t : -kInfinity);
+  float off = 0, s_lo = kInfinity, s_hi = -kInfinity, t_lo = kInfinity, t_hi = -kInfinity;
+#pragma unroll
+  for (int k = 0; k < Each; ++k) {
+    const Vec3 way = position[k] - first;
+    const float s = dot(cross(way, b), group.ng) / area, t = dot(cross(a, way), group.ng) / area;
+    if (in[k]) {
+      off = fmaxf(off, fabsf(dot(way, group.ng)));
+      s_lo = fminf(s_lo, s), s_hi = fmaxf(s_hi, s);
+      t_lo = fminf(t_lo, t), t_hi = fmaxf(t_hi, t);
+    }
+  }
+  off = warp_max(off);
+  s_lo = warp_min(s_lo), s_hi = warp_max(s_hi);
+  t_lo = warp_min(t_lo), t_hi = warp_max(t_hi);
   group.middle = first + a * (0.5f * (s_lo + s_hi)) + b * (0.5f * (t_lo + t_hi));
   const float half_s = 0.5f * (s_hi - s_lo), half_t = 0.5f * (t_hi - t_lo);
   group.half_a = a * half_s;
   group.half_b = b * half_t;
-  const float reach = half_s + half_t;
   // Positions are off their triangle by what rounding may be.
+  const float reach = half_s + half_t;
   group.reach = alike && off <= kFlatness * reach + 1e-6f * max_component(max_of(first, -first)) ? reach : kInfinity;
   group.off = off;
   return group;
+}
+
+/// The same of one tile.
+__device__ inline FlatReceivers flat_receivers(unsigned lanes, Vec3 position, Vec3 ng) {
+  return flat_receivers<1>({lanes}, {position}, {ng});
 }
 
 }  // namespace lightcuts::cuda

@@ -9,8 +9,6 @@
 namespace lightcuts::cuda {
 namespace {
 
-constexpr std::uint32_t kBlockLights = 256;  ///< as sum_lights_by_maps sums them
-
 /// At most: every point light counted twice.
 std::uint64_t most_maps(const LightArrays& lights) {
   return std::uint64_t{lights.vpl_count} + 2 * std::uint64_t{lights.point_count} + lights.directional_count;
@@ -36,7 +34,7 @@ std::uint32_t plan_maps_at_once(std::uint64_t budget, std::uint64_t fixed, std::
                     size, size, ((fixed + least * per_map) >> 20) + 1, budget >> 20));
   }
   std::uint64_t fits = std::min<std::uint64_t>({(budget - fixed) / per_map, all, most});
-  const std::uint64_t even = 2 * std::uint64_t{kBlockLights};
+  const std::uint64_t even = 2 * std::uint64_t{kSumBlockLights};
   if (fits < all && fits > even) fits -= fits % even;
   return static_cast<std::uint32_t>(fits);
 }

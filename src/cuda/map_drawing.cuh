@@ -53,6 +53,21 @@ __device__ inline bool sees(const MapView& view, Vec3 local, float largest) {
   return local.z * fabsf(local.z) > cosine_sq * dot(local, local) + slack;
 }
 
+// Which copy of a piece of code draws a disc depends on the discs beside it in the queue, whose order is one of atomics. So a
+// texel must be the same to the last bit in all copies, while a compiler is free to fuse a product with a sum in one and not
+// in another. Hence all that a texel is drawn with is computed by operations that say whether they are fused.
+
+__device__ inline float fused_dot(Vec3 a, Vec3 b) {
+  return __fmaf_rn(a.z, b.z, __fmaf_rn(a.y, b.y, __fmul_rn(a.x, b.x)));
+}
+/// a s + b
+__device__ inline Vec3 fused(Vec3 a, float s, Vec3 b) {
+  return {__fmaf_rn(a.x, s, b.x), __fmaf_rn(a.y, s, b.y), __fmaf_rn(a.z, s, b.z)};
+}
+__device__ inline Vec3 to_view(const MapView& view, Vec3 v) {
+  return {fused_dot(v, view.frame.x), fused_dot(v, view.frame.y), fused_dot(v, view.frame.z)};
+}
+
 /// A point's disc in the view's coordinates: the first step of project_disc.
 struct LocalDisc {
   Vec3 centre, normal;
@@ -60,12 +75,25 @@ struct LocalDisc {
 };
 __device__ inline LocalDisc local_disc(const MapView& view, Vec3 local, Vec3 world_normal, float sink) {
   LocalDisc disc;
-  disc.normal = to_local_vector(view.frame, world_normal);
-  disc.plane = dot(local, disc.normal);
+  disc.normal = to_view(view, world_normal);
+  disc.plane = fused_dot(local, disc.normal);
   const float deeper = disc.plane < 0 ? sink_in_front(sink) : sink_behind(sink);
-  disc.centre = local + disc.normal * deeper;
+  disc.centre = fused(disc.normal, deeper, local);
   disc.plane += deeper;
   return disc;
+}
+
+/// As map_disc of shadow_map.h.
+__device__ inline MapDisc<float> map_disc(const LocalDisc& disc, float radius) {
+  const float inverse = reciprocal(disc.plane);
+  return {{__fmul_rn(disc.normal.x, inverse), __fmul_rn(disc.normal.y, inverse), __fmul_rn(disc.normal.z, inverse)},
+          disc.centre + disc.centre,
+          __fmaf_rn(-radius, radius, fused_dot(disc.centre, disc.centre))};
+}
+/// As map_edge, of an edge in world space.
+__device__ inline Vec3 map_edge(const MapView& view, const MapDisc<float>& disc, float4 edge) {
+  const Vec3 inward{edge.x, edge.y, edge.z};
+  return fused(disc.normal, fused_dot(inward, view.origin) - edge.w, to_view(view, inward));
 }
 
 // --- What discs may cover ---
@@ -166,7 +194,7 @@ template <bool Paraboloid, class Box>
 __device__ inline void queue_point(const PointsView& points, const MapView& view, int size, int bits,
                                    std::uint32_t index, bool chosen, std::uint32_t at, DiscQueue<Box>& queue) {
   const ReadPoint point = read_point(points, index);
-  const Vec3 local = to_local_point(view, point.position);
+  const Vec3 local = to_view(view, point.position - view.origin);
   const LocalDisc disc = local_disc(view, local, point.normal, point.sink);
   const TexelBox box = Paraboloid ? paraboloid_texels(disc, point.radius, static_cast<float>(size))
                                   : orthographic_texels(view, disc, point.radius, size);
@@ -241,8 +269,8 @@ struct GlobalTexels {
 struct RayForm {
   float a, b, c;
   __device__ explicit RayForm(Vec3 direction) : a(2 * direction.x), b(2 * direction.y), c(direction.z) {}
-  __device__ float of_column(float u, float u_sq) const { return a * u - c * u_sq; }
-  __device__ float of_row(float v, float v_sq) const { return b * v + (c - c * v_sq); }
+  __device__ float of_column(float u, float u_sq) const { return __fmaf_rn(a, u, __fmul_rn(-c, u_sq)); }
+  __device__ float of_row(float v, float v_sq) const { return __fmaf_rn(b, v, __fmaf_rn(-c, v_sq, c)); }
 };
 
 /// Draws the texels at (u, v), one to the right and one below; `Edges` of `edges` may cut the disc.
@@ -250,7 +278,8 @@ template <int Edges, class Texels>
 __device__ inline void draw_quad(const MapDisc<float>& disc, const Vec3 (&edges)[kDiscEdges], float u, float v,
                                  float texel, int size, int at, const Texels& texels) {
   const float us[2] = {u, u + texel}, vs[2] = {v, v + texel};
-  const float u_sq[2] = {us[0] * us[0], us[1] * us[1]}, v_sq[2] = {vs[0] * vs[0], vs[1] * vs[1]};
+  const float u_sq[2] = {__fmul_rn(us[0], us[0]), __fmul_rn(us[1], us[1])};
+  const float v_sq[2] = {__fmul_rn(vs[0], vs[0]), __fmul_rn(vs[1], vs[1])};
   const RayForm normal(disc.normal), centre(disc.twice_centre);
   float outside[2][2], nearness[2][2];
 #pragma unroll
@@ -261,7 +290,7 @@ __device__ inline void draw_quad(const MapDisc<float>& disc, const Vec3 (&edges)
       const float c = centre.of_column(us[i], u_sq[i]) + centre.of_row(vs[j], v_sq[j]);
       const float length = (1 + u_sq[i]) + v_sq[j];
       nearness[j][i] = s;
-      outside[j][i] = length * length + s * (disc.slack * s - c);
+      outside[j][i] = __fmaf_rn(s, __fmaf_rn(disc.slack, s, -c), __fmul_rn(length, length));
     }
   }
 #pragma unroll
@@ -341,7 +370,7 @@ __device__ inline void for_quads(const Quads& quads, float first, float step, in
   for (float number = first; number < quads.count; number += step) {
     const float row = round_small((number + 0.5f) * inverse_columns - 0.5f);
     const float x = quads.x + 2 * (number - row * quads.columns), y = quads.y + 2 * row;
-    draw(x * texel + middle, y * texel + middle, small_of_float(y * side + x));
+    draw(__fmaf_rn(x, texel, middle), __fmaf_rn(y, texel, middle), small_of_float(y * side + x));
   }
 }
 
@@ -370,8 +399,7 @@ __device__ inline void draw_cut_disc(const PointsView& points, const MapView& vi
       edge = __ldg(reinterpret_cast<const float4*>(points.edges) + which);
     }
     left &= left - 1;
-    const Vec3 inward{edge.x, edge.y, edge.z};
-    edges[e] = map_edge(disc, to_local_vector(view.frame, inward), edge.w - dot(inward, view.origin));
+    edges[e] = map_edge(view, disc, edge);
   }
   if (most == 0) {
     draw_disc<0>(disc, quads, edges, first, step, size, texels);
@@ -414,11 +442,10 @@ __device__ inline void draw_queue(const PointsView& points, const MapView& view,
     const ReadPoint point = read_point(points, index);
     Quads quads = quads_of(queue.boxes[queued], bits);
     if (at >= end) quads.count = 0;
-    const LocalDisc disc = local_disc(view, to_local_point(view, point.position), point.normal, point.sink);
+    const LocalDisc disc = local_disc(view, to_view(view, point.position - view.origin), point.normal, point.sink);
     const float first = float_of_small(lane & (lanes - 1)), step = float_of_small(lanes);
     if constexpr (Paraboloid) {
-      const MapDisc<float> drawn = map_disc(disc.centre, disc.normal, disc.plane, point.radius * point.radius);
-      draw_cut_disc(points, view, drawn, quads, point.cuts, first, step, size, texels);
+      draw_cut_disc(points, view, map_disc(disc, point.radius), quads, point.cuts, first, step, size, texels);
     } else {
       const float texel = 2.0f / static_cast<float>(size);
       for_quads(quads, first, step, size, [&](float u, float v, int to) {

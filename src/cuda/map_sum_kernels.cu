@@ -2,59 +2,29 @@
 
 #include <algorithm>
 
-#include "cuda/flat_group.cuh"
+#include "cuda/pixel_planes.cuh"
+#include "cuda/plane_lights.cuh"
 #include "kernels/light.h"
 
 namespace lightcuts::cuda {
 namespace {
 
-constexpr int kThreads = 128;
-constexpr std::uint32_t kBlockLights = 256;  ///< summed in single precision before they go into the total
-constexpr std::uint32_t kTileLights = 32;    ///< that a warp looks at together
+constexpr int kThreads = 128, kWarps = kThreads / 32;
+constexpr int kEach = 2;                   ///< pixels a thread, of tiles one below the other
+constexpr std::uint32_t kTileLights = 32;  ///< that a warp looks at together
 /// About a tenth of a second a launch on a slow GPU.
-constexpr std::uint64_t kLaunchPairs = 2'000'000'000u;
+constexpr std::uint64_t kLaunchPairs = 4'000'000'000u;
 
 using PixelReceiver = Receiver<float>;
 
-/// A pixel's running sums of a block of lights.
-struct Sums {
-  Vec3 block{};
-  float block_lost = 0;
+// --- VPLs: two pixels a thread, a block two tiles ---
+//
+// Issue slots bound this sum (docs/results/gpu.md counts them), so what can be said once for many pixels is: a warp looks at
+// a light's map for all of its pixels, a lane at a light, and most lights then need no look by a pixel. The block's warps
+// share its lights out among them: so a tile of which every pixel has to look by itself holds nobody up for long.
 
-  /// Adds them to the pixel's total. Rarely done: that one stays in memory, where it takes no registers.
-  __device__ void close_block(const SumView& out, std::uint32_t slot, bool inside) {
-    if (inside) {
-      out.light[slot] += Vec3T<double>{block.x, block.y, block.z};
-      out.lost[slot] += block_lost;
-    }
-    block = {};
-    block_lost = 0;
-  }
-};
-
-// --- VPLs: one thread a pixel, lights through shared memory ---
-
-/// A VPL and its map as the loops read them, 16 bytes at a time; the axis is the map's.
-struct alignas(16) LitVpl {
-  Vec3 position;
-  std::uint32_t slot;  ///< of its map, kNone: all of its light arrives
-  Vec3 z;
-  float steps;  ///< as MapRecord
-  Vec3 x;
-  float bias_steps;
-  Vec3 y;
-  float unused;
-  Vec3 intensity;
-  float padding;
-};
-
-/// A pixel as the inner loop reads it; the normals are negated, towards the way that light comes.
-struct LitPixel {
-  Vec3 position, ns, ng;
-};
-
-/// Lights a launch, whose copies are made before.
-constexpr std::uint32_t kLaunchLights = 1u << 13;
+/// Blocks of lights a launch, and lights, whose copies are made before.
+constexpr std::uint32_t kLaunchBlocks = 12, kLaunchLights = kLaunchBlocks * kSumBlockLights;
 
 __global__ void __launch_bounds__(kThreads)
     pack_vpls_kernel(const Vpl* __restrict__ lights, std::uint32_t first, std::uint32_t count, MapSetView maps,
@@ -114,25 +84,18 @@ __device__ MapRecord map_of(const LitVpl& lit) {
 
 /// What all pixels of a warp get of a VPL's light.
 struct WarpLook {
-  std::uint32_t texels;  ///< see look_up_group_texels
+  GroupLook look;
   bool plain;  ///< it lies before all of their surface and they before it, and none is so near that it is clamped
 };
 
-/// @param group  of the pixels, with the normal turned away from the light's side
 template <class Depth, int Size>
-__device__ WarpLook look_of_warp(const FlatReceivers& group, bool flat, const LitVpl& lit, const MapSetView& maps,
-                                 float min_distance) {
-  const Vec3 way = group.middle - lit.position;
-  const float along = dot(group.ng, way), slack = 2 * kFlatness * group.reach + 1e-6f * length(group.middle);
-  if (flat && along < -slack) return {0, false};
-  if (lit.slot == kNone) return {kGroupTexels, false};
-  const std::uint32_t texels =
-      look_up_group_texels<Depth, Size>(map_of(lit), group, maps.size, codes_of<Depth, Size>(maps, lit.slot));
-  const float near = group.reach + min_distance;
-  return {texels, along > slack && dot(way, way) > 1.001f * near * near};
+__device__ WarpLook look_of_warp(const WarpPlane& plane, const LitVpl& lit, const MapSetView& maps) {
+  if (lit.slot == kNone) return {{kGroupTexels, 0}, false};
+  const GroupLook look =
+      look_at_group<Depth, Size>(map_of(lit), plane.pixels, maps.size, codes_of<Depth, Size>(maps, lit.slot));
+  const Vec3 way = plane.pixels.middle - lit.position;
+  return {look, dot(plane.pixels.ng, way) > plane.least_along && dot(way, way) > plane.near_sq};
 }
-
-__device__ float positive(float v) { return fmaxf(v, 0.0f); }
 
 /// What arrives at a pixel of a VPL's light before anything hides it, and how.
 struct Arriving {
@@ -157,42 +120,18 @@ __device__ Arriving arriving(const LitPixel& pixel, const LitVpl& lit, float min
   return a;
 }
 
-__device__ void add_share(const LitVpl& lit, const Arriving& a, float share, float min_distance_sq, Sums& sums) {
+__device__ void add_share(const LitVpl& lit, const Arriving& a, float share, float min_distance_sq, PixelSum& sum) {
   const float factor = a.factor * share;
-  sums.block.x = fmaf(lit.intensity.x, factor, sums.block.x);
-  sums.block.y = fmaf(lit.intensity.y, factor, sums.block.y);
-  sums.block.z = fmaf(lit.intensity.z, factor, sums.block.z);
+  sum.light.x = fmaf(lit.intensity.x, factor, sum.light.x);
+  sum.light.y = fmaf(lit.intensity.y, factor, sum.light.y);
+  sum.light.z = fmaf(lit.intensity.z, factor, sum.light.z);
   if (a.distance_sq < min_distance_sq) {
     // What the clamp takes: the factor without it is as many times larger.
     const float clamped = a.distance_sq * min_distance_sq + kTinyDistance4;
     const float whole = a.distance_sq * a.distance_sq + kTinyDistance4;
-    sums.block_lost += luminance(lit.intensity) * (factor * (clamped / whole - 1));
+    sum.lost += luminance(lit.intensity) * (factor * (clamped / whole - 1));
   }
 }
-
-/// A light of which all arrives at all pixels of a warp.
-struct alignas(16) PlainVpl {
-  Vec3 position;
-  float unused;
-  Vec3 axis;
-  float padding;
-  Vec3 intensity;
-  float more_padding;
-};
-
-/// A light of which each pixel's place tells its share.
-struct alignas(16) PlacedVpl {
-  Vec3 position;
-  float first_x;  ///< the map's middle, in texels from the word's first
-  Vec3 axis;
-  float first_y;
-  Vec3 x;  ///< axes of the map, half a map long in texels
-  std::uint32_t texels;
-  Vec3 y;
-  float unused;
-  Vec3 intensity;
-  float padding;
-};
 
 /// What a warp has of a block's shared memory.
 struct alignas(16) WarpRoom {
@@ -203,119 +142,80 @@ struct alignas(16) WarpRoom {
   __device__ PlainVpl* plain(int placed_count) { return reinterpret_cast<PlainVpl*>(placed() + placed_count); }
 };
 
-__device__ void add_light(Vec3 intensity, float factor, Sums& sums) {
-  sums.block.x = fmaf(intensity.x, factor, sums.block.x);
-  sums.block.y = fmaf(intensity.y, factor, sums.block.y);
-  sums.block.z = fmaf(intensity.z, factor, sums.block.z);
-}
-
-/// What arrives of a plain light before anything hides it: no limit has to be minded.
-struct PlainWay {
-  Vec3 travel;      ///< from the light [m]
-  float cos_light;  ///< times the distance
-  float distance_sq, factor;
-};
-template <bool flat>
-__device__ PlainWay plain_way(const LitPixel& pixel, Vec3 position, Vec3 axis) {
-  PlainWay way;
-  way.travel = pixel.position - position;
-  way.cos_light = dot(axis, way.travel);
-  way.distance_sq = length_sq(way.travel);
-  const float cos_receiver = dot(pixel.ns, way.travel);
-  const float cosines = way.cos_light * (flat ? cos_receiver : positive(cos_receiver));
-  way.factor = cosines * lightcuts::detail::quick_reciprocal(way.distance_sq * way.distance_sq + kTinyDistance4);
-  return way;
-}
-
-/// Lights of which all arrives at all pixels of a warp: by much the most, and what is told of them leaves little to do.
-template <bool flat>
-__device__ void add_plain(const LitPixel& pixel, const PlainVpl* lights, int count, Sums& sums) {
-#pragma unroll 4
-  for (int i = 0; i < count; ++i) {
-    const PlainVpl& light = lights[i];
-    add_light(light.intensity, plain_way<flat>(pixel, light.position, light.axis).factor, sums);
-  }
-}
-
-template <bool flat>
-__device__ void add_placed(const LitPixel& pixel, const PlacedVpl* lights, int count, Sums& sums) {
-#pragma unroll 2
-  for (int i = 0; i < count; ++i) {
-    const PlacedVpl& light = lights[i];
-    const PlainWay way = plain_way<flat>(pixel, light.position, light.axis);
-    const float distance = way.distance_sq * lightcuts::detail::quick_inverse_root(way.distance_sq + kTinyDistance4);
-    const float scale = lightcuts::detail::quick_reciprocal(distance + way.cos_light);
-    const float x = dot(way.travel, light.x) * scale + light.first_x,
-                y = dot(way.travel, light.y) * scale + light.first_y;
-    add_light(light.intensity, way.factor * share_by_place(light.texels, x, y), sums);
-  }
-}
-
-/// False where no light can arrive at a group: it lies behind the light, or the light behind its surface.
-__device__ bool may_arrive(const FlatReceivers& group, bool flat, const LitVpl* light) {
+/// False where no light can arrive at a group: it lies behind the light, or the light behind its surface, or both so nearly in
+/// one plane that what arrives is less than rounding: of both cosines' product less than 1e-8.
+__device__ bool may_arrive(const WarpPlane& plane, bool flat, const LitVpl* light) {
+  const FlatReceivers& group = plane.pixels;
   if (!(group.reach < kInfinity)) return true;
   const auto* const words = reinterpret_cast<const float4*>(light);
   const float4 position = __ldg(words), axis = __ldg(words + 1);
   const Vec3 way = group.middle - Vec3{position.x, position.y, position.z}, z{axis.x, axis.y, axis.z};
   const float height = fabsf(dot(group.half_a, z)) + fabsf(dot(group.half_b, z));
-  const float slack = 2 * kFlatness * group.reach + 1e-6f * length(group.middle);
-  return !(flat && dot(group.ng, way) < -slack) && !(dot(way, z) + 1.01f * height + group.off < 0);
+  const float faced = dot(way, z) + 1.01f * height + group.off;  // at most, and times the distance, as `along`
+  if (!flat) return !(faced < 0);
+  const float along = dot(group.ng, way), distance_sq = dot(way, way);
+  const bool in_plane =
+      (fabsf(along) + group.off) * faced < 5e-9f * distance_sq && 16 * group.reach * group.reach < distance_sq;
+  return !(faced < 0) && !(along < -plane.slack) && !in_plane;
 }
 
 /// Adds the first `count` lights that wait, one a lane. Each lane first looks at its own for all of the warp's pixels. Then those
 /// are added of which all arrives, those of which each pixel's place tells its share, and those that each looks at.
 template <class Depth, int Size, bool flat>
-__device__ void add_lights(const LitPixel& pixel, const FlatReceivers& group, const LitVpl* lights, std::uint32_t count,
-                           const MapSetView& maps, float min_distance, WarpRoom& room, Sums& sums) {
+__device__ void add_lights(const LitPixel (&pixels)[kEach], const PlanePixel (&in_plane)[kEach], const WarpPlane& plane,
+                           const LitVpl* lights, std::uint32_t count, const MapSetView& maps, float min_distance,
+                           WarpRoom& room, PixelSum (&sums)[kEach]) {
   const std::uint32_t lane = threadIdx.x % 32, before = (1u << lane) - 1u;
   const LitVpl* const mine = lights + room.waiting[min_of(lane, count - 1)];
-  WarpLook own{0, false};
-  if (lane < count) own = look_of_warp<Depth, Size>(group, flat, read_vpl(mine), maps, min_distance);
-  const bool is_plain = own.plain && own.texels == kGroupTexels;
-  const bool is_placed = own.plain && !is_plain && own.texels != 0 && own.texels != kGroupUnsure;
+  WarpLook own{{0, 0}, false};
+  if (lane < count) own = look_of_warp<Depth, Size>(plane, read_vpl(mine), maps);
+  const std::uint32_t texels = own.look.texels;
+  const bool is_plain = own.plain && texels == kGroupTexels;
+  const bool is_placed = own.plain && !is_plain && texels != 0 && texels != kGroupUnsure;
   const unsigned all_plain = __ballot_sync(kAllLanes, is_plain), all_placed = __ballot_sync(kAllLanes, is_placed);
-  const int plain_count = __popc(all_plain), placed_count = __popc(all_placed);
+  const unsigned all_one = __ballot_sync(kAllLanes, is_placed && __popc(own.look.own) == 1);
+  const int plain_count = __popc(all_plain), placed_count = __popc(all_placed), one_count = __popc(all_one);
   __syncwarp();
-  if (is_plain) {
-    const LitVpl lit = read_vpl(mine);
-    room.plain(placed_count)[__popc(all_plain & before)] = {lit.position, 0, lit.z, 0, lit.intensity, 0};
-  }
+  if (is_plain) room.plain(placed_count)[__popc(all_plain & before)] = seen_from_plane<flat>(plane, read_vpl(mine));
   if (is_placed) {
-    const LitVpl lit = read_vpl(mine);
-    const float half = 0.5f * static_cast<float>(Size > 0 ? Size : maps.size);
-    const float first_x = half - 0.5f - static_cast<float>(group_column(own.texels));
-    const float first_y = half - 0.5f - static_cast<float>(group_row(own.texels));
-    room.placed()[__popc(all_placed & before)] = {lit.position, first_x,      lit.z, first_y,       lit.x * half,
-                                                  own.texels,   lit.y * half, 0,     lit.intensity, 0};
+    const bool one = (all_one >> lane & 1u) != 0;
+    const int at = one ? __popc(all_one & before) : one_count + __popc(all_placed & ~all_one & before);
+    room.placed()[at] = placed_on_map<flat>(plane, read_vpl(mine), own.look, Size > 0 ? Size : maps.size);
   }
   __syncwarp();
-  add_plain<flat>(pixel, room.plain(placed_count), plain_count, sums);
-  add_placed<flat>(pixel, room.placed(), placed_count, sums);
-  const unsigned looking = __ballot_sync(kAllLanes, own.texels != 0 && !is_plain && !is_placed);
+  add_plain<flat>(in_plane, room.plain(placed_count), plain_count, sums);
+  add_placed<flat, true>(in_plane, room.placed(), one_count, sums);
+  add_placed<flat, false>(in_plane, room.placed() + one_count, placed_count - one_count, sums);
+  const unsigned looking = __ballot_sync(kAllLanes, texels != 0 && !is_plain && !is_placed);
   for (unsigned left = looking; left != 0; left &= left - 1) {
     const LitVpl other = read_vpl(lights + room.waiting[__ffs(static_cast<int>(left)) - 1]);
     const float min_distance_sq = min_distance * min_distance;
-    const Arriving a = arriving<flat>(pixel, other, min_distance_sq);
-    if (!(a.factor > 0)) continue;
-    float share = 1;
-    if (other.slot != kNone) {
-      const Vec3 local{dot(a.travel, other.x), dot(a.travel, other.y), a.cos_light};
-      const Vec3 normal{dot(pixel.ng, other.x), dot(pixel.ng, other.y), dot(pixel.ng, other.z)};
-      share = look_up_facing<Depth, Size>(map_of(other), local, normal, a.distance_sq, a.along, maps.size,
-                                          codes_of<Depth, Size>(maps, other.slot));
+#pragma unroll
+    for (int k = 0; k < kEach; ++k) {
+      const LitPixel& pixel = pixels[k];
+      const Arriving a = arriving<flat>(pixel, other, min_distance_sq);
+      if (!(a.factor > 0)) continue;
+      float share = 1;
+      if (other.slot != kNone) {
+        const Vec3 local{dot(a.travel, other.x), dot(a.travel, other.y), a.cos_light};
+        const Vec3 normal{dot(pixel.ng, other.x), dot(pixel.ng, other.y), dot(pixel.ng, other.z)};
+        share = look_up_facing<Depth, Size>(map_of(other), local, normal, a.distance_sq, a.along, maps.size,
+                                            codes_of<Depth, Size>(maps, other.slot));
+      }
+      add_share(other, a, share, min_distance_sq, sums[k]);
     }
-    add_share(other, a, share, min_distance_sq, sums);
   }
 }
 
 /// Adds the lights from `first` to before `last`. Those that may arrive wait until there is one for every lane.
 template <class Depth, int Size, bool flat>
-__device__ void add_block(const LitPixel& pixel, const FlatReceivers& group, const LitVpl* lights, std::uint32_t first,
-                          std::uint32_t last, const MapSetView& maps, float min_distance, WarpRoom& room, Sums& sums) {
+__device__ void add_block(const LitPixel (&pixels)[kEach], const PlanePixel (&in_plane)[kEach], const WarpPlane& plane,
+                          const LitVpl* lights, std::uint32_t first, std::uint32_t last, const MapSetView& maps,
+                          float min_distance, WarpRoom& room, PixelSum (&sums)[kEach]) {
   const std::uint32_t lane = threadIdx.x % 32;
   std::uint32_t count = 0;
   for (std::uint32_t begin = first; begin < last; begin += kTileLights) {
-    const bool may = begin + lane < last && may_arrive(group, flat, lights + begin + lane);
+    const bool may = begin + lane < last && may_arrive(plane, flat, lights + begin + lane);
     const unsigned all = __ballot_sync(kAllLanes, may);
     if (may) room.waiting[count + static_cast<std::uint32_t>(__popc(all & ((1u << lane) - 1u)))] = begin + lane;
     count += static_cast<std::uint32_t>(__popc(all));
@@ -323,7 +223,7 @@ __device__ void add_block(const LitPixel& pixel, const FlatReceivers& group, con
     const bool ends = begin + kTileLights >= last;
     while (count >= kTileLights || (ends && count > 0)) {
       const std::uint32_t here = min_of(kTileLights, count);
-      add_lights<Depth, Size, flat>(pixel, group, lights, here, maps, min_distance, room, sums);
+      add_lights<Depth, Size, flat>(pixels, in_plane, plane, lights, here, maps, min_distance, room, sums);
       count -= here;
       __syncwarp();
       const std::uint32_t next = lane < count ? room.waiting[kTileLights + lane] : 0;
@@ -334,61 +234,119 @@ __device__ void add_block(const LitPixel& pixel, const FlatReceivers& group, con
   }
 }
 
-/// The pixels of a warp that lie in one plane; those in another have a turn of their own, if they all do.
-struct PlaneGroups {
-  unsigned lanes;
-  int count;
+/// A picture's tiles; a block has kEach of them, one below the other.
+struct TileRows {
+  std::uint32_t across, count;  ///< tiles in a row, and in all
+  [[nodiscard]] LC_FN std::uint32_t rows() const { return count / across; }
+  [[nodiscard]] LC_FN std::uint32_t blocks() const { return (rows() + kEach - 1) / kEach * across; }
 };
-__device__ PlaneGroups plane_groups(unsigned seeing, Vec3 position, Vec3 ng) {
-  if (flat_receivers(seeing, position, ng).reach < kInfinity) return {seeing, 1};
-  const int leader = __ffs(static_cast<int>(seeing)) - 1;
-  const Vec3 first = from_lane(position, leader), normal = from_lane(ng, leader), way = position - first,
-             turned = ng - normal;
-  const float off = fabsf(dot(way, normal)), slack = 1e-4f * length(way) + 1e-6f * max_component(max_of(first, -first));
-  const unsigned lanes = seeing & __ballot_sync(kAllLanes, dot(turned, turned) < 1e-10f && off <= slack);
-  if ((seeing & ~lanes) == 0 || !(flat_receivers(lanes, position, ng).reach < kInfinity) ||
-      !(flat_receivers(seeing & ~lanes, position, ng).reach < kInfinity)) {
-    return {seeing, 1};
+
+/// What a block has of shared memory.
+struct BlockRoom {
+  uint4 plane_words[(sizeof(WarpPlane) + sizeof(uint4) - 1) / sizeof(uint4)];
+  PixelSet<kEach> here;                             ///< the pixels whose turn it is
+  bool last;                                        ///< and no others come after them
+  float4 sums[kLaunchBlocks][kEach * kTilePixels];  ///< of each block of lights; last: what the clamp took
+  WarpRoom warps[kWarps];
+  __device__ WarpPlane& plane() { return *reinterpret_cast<WarpPlane*>(plane_words); }
+};
+
+/// Adds a pixel's sums to its total.
+__device__ void add_sums(const BlockRoom& room, std::uint32_t blocks, std::uint32_t slot, std::uint32_t pixel,
+                         const SumView& out) {
+  Vec3T<double> light = out.light[slot];
+  double lost = out.lost[slot];
+  for (std::uint32_t block = 0; block < blocks; ++block) {
+    const float4 sum = room.sums[block][pixel];
+    light += Vec3T<double>{sum.x, sum.y, sum.z};
+    lost += sum.w;
   }
-  return {lanes, 2};
+  out.light[slot] = light;
+  out.lost[slot] = lost;
 }
 
 template <class Depth, int Size>
-__global__ void __launch_bounds__(kThreads, 8)
-    sum_vpls_kernel(PixelView pixels, std::uint32_t slots, const LitVpl* __restrict__ lights, std::uint32_t count,
+__global__ void __launch_bounds__(kThreads, 5)
+    sum_vpls_kernel(PixelView view, TileRows tiles, const LitVpl* __restrict__ lights, std::uint32_t count,
                     MapSetView maps, float min_distance, SumView out) {
-  __shared__ FlatReceivers groups[kThreads / 32];
-  __shared__ WarpRoom rooms[kThreads / 32];
-  const std::uint32_t slot = blockIdx.x * kThreads + threadIdx.x;
-  const bool inside = slot < slots;
-  LitPixel pixel{};
-  Sums sums;
-  if (inside) {
-    pixel = {pixels.position[slot], -pixels.ns[slot], -pixels.ng[slot]};
-  }
-  const bool seen = !(pixel.ns == Vec3{});
-  const bool flat = __all_sync(kAllLanes, pixel.ns == pixel.ng) != 0;
-  const unsigned seeing = __ballot_sync(kAllLanes, seen);
-  if (seeing == 0) return;
-  FlatReceivers& group = groups[threadIdx.x / 32];
-  const PlaneGroups planes = plane_groups(seeing, pixel.position, pixel.ng);
-  for (int pass = 0; pass < planes.count; ++pass) {
-    const unsigned lanes = pass == 0 ? planes.lanes : seeing & ~planes.lanes;
-    const LitPixel own = (lanes >> threadIdx.x % 32 & 1u) != 0 ? pixel : LitPixel{pixel.position, {}, {}};
-    const FlatReceivers of_all = flat_receivers(lanes, pixel.position, pixel.ng);
-    __syncwarp();
-    if (threadIdx.x % 32 == 0) group = of_all;
-    __syncwarp();
-    WarpRoom& room = rooms[threadIdx.x / 32];
-    for (std::uint32_t first = 0; first < count; first += kBlockLights) {
-      const std::uint32_t last = min_of(first + kBlockLights, count);
-      if (flat) {
-        add_block<Depth, Size, true>(own, group, lights, first, last, maps, min_distance, room, sums);
-      } else {
-        add_block<Depth, Size, false>(own, group, lights, first, last, maps, min_distance, room, sums);
-      }
-      sums.close_block(out, slot, inside);
+  __shared__ uint4 words[(sizeof(BlockRoom) + sizeof(uint4) - 1) / sizeof(uint4)];
+  BlockRoom& room = *reinterpret_cast<BlockRoom*>(words);
+  const std::uint32_t lane = threadIdx.x % 32, warp = threadIdx.x / 32;
+  const std::uint32_t first_row = blockIdx.x / tiles.across * kEach, column = blockIdx.x % tiles.across;
+  const auto slot_of = [&](std::uint32_t k) { return ((first_row + k) * tiles.across + column) * kTilePixels + lane; };
+  // Read again where they are needed again: registers are scarce in between.
+  const auto read_pixel = [&](std::uint32_t k) {
+    if (first_row + k >= tiles.rows()) return LitPixel{};
+    const std::uint32_t slot = slot_of(k);
+    return LitPixel{view.position[slot], -view.ns[slot], -view.ng[slot]};
+  };
+  PixelSet<kEach> left;
+  bool flat = true, few = false;
+  {
+    Vec3 position[kEach], ng[kEach];
+#pragma unroll
+    for (std::uint32_t k = 0; k < kEach; ++k) {
+      const LitPixel pixel = read_pixel(k);
+      flat = flat && pixel.ns == pixel.ng;
+      left.lanes[k] = __ballot_sync(kAllLanes, !(pixel.ns == Vec3{}));
+      position[k] = pixel.position, ng[k] = pixel.ng;
     }
+    flat = __all_sync(kAllLanes, flat) != 0;
+    if (left.empty()) return;
+    if (warp == 0) few = in_few_planes<kEach>(left, position, ng);
+  }
+  for (bool last = false; !last;) {
+    LitPixel pixels[kEach];
+#pragma unroll
+    for (std::uint32_t k = 0; k < kEach; ++k) pixels[k] = read_pixel(k);
+    if (warp == 0) {
+      Vec3 position[kEach], ng[kEach];
+#pragma unroll
+      for (int k = 0; k < kEach; ++k) position[k] = pixels[k].position, ng[k] = pixels[k].ng;
+      const PixelSet<kEach> here = few ? in_first_plane<kEach>(left, position, ng) : left;
+      left.remove(here);
+      const WarpPlane plane = plane_of(flat_receivers<kEach>(here.lanes, position, ng), min_distance);
+      if (lane == 0) {
+        room.here = here;
+        room.last = left.empty();
+        room.plane() = plane;
+      }
+    }
+    __syncthreads();
+    last = room.last;
+    PlanePixel in_plane_of[kEach];
+#pragma unroll
+    for (int k = 0; k < kEach; ++k) {
+      if (room.here.has(k, lane)) {
+        in_plane_of[k] = in_plane(room.plane(), pixels[k]);
+      } else {
+        pixels[k] = {pixels[k].position, {}, {}};  // gets light too, which is not kept
+      }
+    }
+    const std::uint32_t blocks = (count + kSumBlockLights - 1) / kSumBlockLights;
+    for (std::uint32_t block = warp; block < blocks; block += kWarps) {
+      const std::uint32_t begin = block * kSumBlockLights, end = min_of(begin + kSumBlockLights, count);
+      PixelSum sums[kEach];
+      if (flat) {
+        add_block<Depth, Size, true>(pixels, in_plane_of, room.plane(), lights, begin, end, maps, min_distance,
+                                     room.warps[warp], sums);
+      } else {
+        add_block<Depth, Size, false>(pixels, in_plane_of, room.plane(), lights, begin, end, maps, min_distance,
+                                      room.warps[warp], sums);
+      }
+#pragma unroll
+      for (int k = 0; k < kEach; ++k) {
+        room.sums[block][k * static_cast<int>(kTilePixels) + static_cast<int>(lane)] = {
+            sums[k].light.x, sums[k].light.y, sums[k].light.z, sums[k].lost};
+      }
+    }
+    __syncthreads();
+    // In the order of the lights, whichever warps added them.
+    static_assert(kEach <= kWarps);
+    if (warp < kEach && room.here.has(static_cast<int>(warp), lane)) {
+      add_sums(room, blocks, slot_of(warp), warp * kTilePixels + lane, out);
+    }
+    __syncthreads();
   }
 }
 
@@ -430,16 +388,19 @@ __global__ void __launch_bounds__(kThreads)
   if (slot >= slots) return;
   const PixelReceiver receiver = load_receiver(pixels, slot);
   if (receiver.ns == Vec3{}) return;
-  Sums sums;
-  for (std::uint32_t i = first; i < last; ++i) {
-    const float factor = term.factor(receiver, i);
-    if (factor > 0) sums.block += term.intensity(i) * (factor * term.share(maps, i, receiver));
-    if ((i + 1 - first) % kBlockLights == 0) sums.close_block(out, slot, true);
+  Vec3T<double> total = out.light[slot];
+  for (std::uint32_t block = first; block < last; block += kSumBlockLights) {
+    Vec3 sum;
+    for (std::uint32_t i = block; i < min_of(last, block + kSumBlockLights); ++i) {
+      const float factor = term.factor(receiver, i);
+      if (factor > 0) sum += term.intensity(i) * (factor * term.share(maps, i, receiver));
+    }
+    total += Vec3T<double>{sum.x, sum.y, sum.z};
   }
-  sums.close_block(out, slot, true);
+  out.light[slot] = total;
 }
 
-using SumVpls = void (*)(PixelView, std::uint32_t, const LitVpl*, std::uint32_t, MapSetView, float, SumView);
+using SumVpls = void (*)(PixelView, TileRows, const LitVpl*, std::uint32_t, MapSetView, float, SumView);
 
 SumVpls kernel_for(const MapSetView& maps) {
   if (maps.depth_bits == 32) return sum_vpls_kernel<std::uint32_t, 0>;
@@ -456,8 +417,8 @@ SumVpls kernel_for(const MapSetView& maps) {
 /// Calls launch(first, last) for parts of the range, each of whole blocks of lights.
 template <class Launch>
 void in_launches(std::uint32_t slots, std::uint32_t first, std::uint32_t last, const Launch& launch) {
-  const auto step = static_cast<std::uint32_t>(
-      std::clamp<std::uint64_t>(kLaunchPairs / slots / kBlockLights * kBlockLights, kBlockLights, kLaunchLights));
+  const auto step = static_cast<std::uint32_t>(std::clamp<std::uint64_t>(
+      kLaunchPairs / slots / kSumBlockLights * kSumBlockLights, kSumBlockLights, kLaunchLights));
   for (; first < last; first += std::min(step, last - first)) {
     launch(first, first + std::min(step, last - first));
     check(cudaGetLastError(), "summing lights by their shadow maps");
@@ -475,8 +436,9 @@ void sum_lights_by_maps(Device& device, const PixelGrid& grid, const PixelView& 
     const std::uint32_t count = last - first;
     pack_vpls_kernel<<<(count + kThreads - 1) / kThreads, kThreads, 0, device.stream()>>>(lights.vpls, first, count,
                                                                                           maps, packed.data());
-    kernel_for(maps)<<<blocks, kThreads, 0, device.stream()>>>(pixels, slots, packed.data(), count, maps, min_distance,
-                                                               sums);
+    const TileRows tiles{grid.tiles_across, grid.tile_count};
+    kernel_for(maps)<<<tiles.blocks(), kThreads, 0, device.stream()>>>(pixels, tiles, packed.data(), count, maps,
+                                                                       min_distance, sums);
   });
   in_launches(slots, span.point_first, span.point_last, [&](std::uint32_t first, std::uint32_t last) {
     sum_others_kernel<<<blocks, kThreads, 0, device.stream()>>>(pixels, slots, PointTerm{lights.points}, first, last,

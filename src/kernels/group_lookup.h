@@ -53,11 +53,15 @@ LC_KERNEL std::uint32_t own_texels(const TexelSpan& span) {
          (1u << static_cast<std::uint32_t>(span.near_lo - span.lo));
 }
 
-/// Bit i + 3 j: texel (i, j) is some receiver's own, or beside one; not those that only a diagonal leads to.
-LC_KERNEL std::uint32_t asked_texels(std::uint32_t own_x, std::uint32_t own_y, std::uint32_t wide, std::uint32_t tall) {
+/// Bit i + 3 j: texel (i, j) is some receiver's own; and: or beside one, not those that only a diagonal leads to.
+struct AskedTexels {
+  std::uint32_t own, all;
+};
+LC_KERNEL AskedTexels asked_texels(std::uint32_t own_x, std::uint32_t own_y, std::uint32_t wide, std::uint32_t tall) {
   constexpr std::uint32_t kFirstColumn = 0b001001001;
   const std::uint32_t rows = (own_y & 1u) * 7 | (own_y >> 1 & 1u) * (7 << 3) | (own_y >> 2 & 1u) * (7 << 6);
-  return (own_x * kFirstColumn | rows) & ((2u << wide) - 1) * kFirstColumn & ((8u << 3 * tall) - 1);
+  const std::uint32_t columns = own_x * kFirstColumn;
+  return {columns & rows, (columns | rows) & ((2u << wide) - 1) * kFirstColumn & ((8u << 3 * tall) - 1)};
 }
 
 /// The sign's bit of v below those of the word.
@@ -101,9 +105,15 @@ LC_KERNEL void nine_codes(const Depth* codes, std::uint32_t column, std::uint32_
 
 }  // namespace detail
 
-/// Looks at a VPL's map for all of the receivers: a word of what they ask, 0 where no light arrives, kGroupTexels where all
-/// does, kGroupUnsure where not all texels say the same to every receiver, or the receivers are too far apart to say.
-/// Receivers behind the light get nothing.
+/// What one look at a VPL's map says of all of the receivers.
+struct GroupLook {
+  /// A word of what they ask, 0 where no light arrives, kGroupTexels where all does, kGroupUnsure where not all texels say the
+  /// same to every receiver, or the receivers are too far apart to say.
+  std::uint32_t texels;
+  std::uint32_t own;  ///< of a word: bit i + 3 j: texel (i, j) is some receiver's own
+};
+
+/// Looks at a VPL's map for all of the receivers. Those behind the light get nothing.
 ///
 /// Texels are asked with the bias of a receiver's own, and with that of those beside it, which is larger.
 ///
@@ -112,8 +122,7 @@ LC_KERNEL void nine_codes(const Depth* codes, std::uint32_t column, std::uint32_
 /// far as the plane's slope was taken at its place on the map. The rest is the room that it has:
 /// d E = |second derivative <= 4| * |tap - own place| * |own place - middle's| / facing.
 template <class Depth, int Size = 0>
-LC_KERNEL std::uint32_t look_up_group_texels(const MapRecord& map, const FlatReceivers& receivers, int size,
-                                             const Depth* codes) {
+LC_KERNEL GroupLook look_at_group(const MapRecord& map, const FlatReceivers& receivers, int size, const Depth* codes) {
   using detail::larger;
   const int side = Size > 0 ? Size : size;
   const float texel = 2.0f / static_cast<float>(side);
@@ -123,9 +132,9 @@ LC_KERNEL std::uint32_t look_up_group_texels(const MapRecord& map, const FlatRec
   const float inverse = detail::quick_inverse_root(larger(dot(local, local), 1e-30f));
   const float share = receivers.reach * inverse;
   const float off = receivers.off * inverse;
-  if (!(share < 0.2f && off < kFlatnessSeen)) return kGroupUnsure;
-  if (local.z + 1.01f * height < 0) return 0;
-  if (!(local.z - 1.01f * height > 0)) return kGroupUnsure;
+  if (!(share < 0.2f && off < kFlatnessSeen)) return {kGroupUnsure, 0};
+  if (local.z + 1.01f * height < 0) return {0, 0};
+  if (!(local.z - 1.01f * height > 0)) return {kGroupUnsure, 0};
 
   // Where the receivers lie on the map: by the derivative, and what the derivative changes (as in paraboloid_box).
   const Vec3 normal{dot(receivers.ng, map.x), dot(receivers.ng, map.y), dot(receivers.ng, map.z)};
@@ -143,12 +152,12 @@ LC_KERNEL std::uint32_t look_up_group_texels(const MapRecord& map, const FlatRec
   const detail::TexelSpan xs = detail::texel_span(u, reach_u, side), ys = detail::texel_span(v, reach_v, side);
   const float last = static_cast<float>(side - 3);
   if (!(xs.lo >= 0 && xs.lo <= last && ys.lo >= 0 && ys.lo <= last && xs.hi - xs.lo <= 2 && ys.hi - ys.lo <= 2)) {
-    return kGroupUnsure;
+    return {kGroupUnsure, 0};
   }
 
   // How far the receivers' comparisons differ from the middle's.
   const float facing = std::fabs(dot(local, normal)) * inverse;
-  if (facing < kLeastFacingOfGroup) return kGroupUnsure;
+  if (facing < kLeastFacingOfGroup) return {kGroupUnsure, 0};
   const float wander = reach_u + reach_v;
   const float room = (4.2f * (1.2f * texel + wander) * wander + 2 * off + 1e-5f) * detail::quick_reciprocal(facing);
   const float away = std::fabs(away_a) + std::fabs(away_b);
@@ -159,7 +168,7 @@ LC_KERNEL std::uint32_t look_up_group_texels(const MapRecord& map, const FlatRec
 
   const auto wide = static_cast<std::uint32_t>(xs.hi - xs.lo), tall = static_cast<std::uint32_t>(ys.hi - ys.lo);
   const auto column = static_cast<std::uint32_t>(xs.lo), row = static_cast<std::uint32_t>(ys.lo);
-  const std::uint32_t asked = detail::asked_texels(detail::own_texels(xs), detail::own_texels(ys), wide, tall);
+  const detail::AskedTexels asked = detail::asked_texels(detail::own_texels(xs), detail::own_texels(ys), wide, tall);
   const float change = test.change + (xs.lo - (test.x - detail::kWholeMagic)) * test.change_x +
                        (ys.lo - (test.y - detail::kWholeMagic)) * test.change_y;
   float code[9];
@@ -183,11 +192,17 @@ LC_KERNEL std::uint32_t look_up_group_texels(const MapRecord& map, const FlatRec
     not_passing_beside = detail::with_sign(not_passing_beside, above + (more - other_beside) * near);
     failing_beside = detail::with_sign(failing_beside, below + (more + other_beside) * far);
   }
-  if ((not_passing & asked) == 0) return kGroupTexels;
-  if ((~failing & asked) == 0) return 0;
+  if ((not_passing & asked.all) == 0) return {kGroupTexels, 0};
+  if ((~failing & asked.all) == 0) return {0, 0};
   const std::uint32_t unsure = (not_passing & ~failing) | (not_passing_beside & ~failing_beside);
-  if ((unsure & asked) != 0 || side > kMostGroupSize) return kGroupUnsure;
-  return (~not_passing & 511u) | (~not_passing_beside & 511u) << 9 | column << 18 | row << 25;
+  if ((unsure & asked.all) != 0 || side > kMostGroupSize) return {kGroupUnsure, 0};
+  return {(~not_passing & 511u) | (~not_passing_beside & 511u) << 9 | column << 18 | row << 25, asked.own};
+}
+
+template <class Depth, int Size = 0>
+LC_KERNEL std::uint32_t look_up_group_texels(const MapRecord& map, const FlatReceivers& receivers, int size,
+                                             const Depth* codes) {
+  return look_at_group<Depth, Size>(map, receivers, size, codes).texels;
 }
 
 /// What look_up_map says of a VPL's map for each of the receivers, 0 for those that lie behind the light; kEachItsOwn where
@@ -213,6 +228,22 @@ LC_KERNEL float share_by_place(std::uint32_t texels, float x, float y) {
   const float of_x = (around & (rest_x < 0 ? 1u << 4 : 1u << 2)) != 0 ? weight_x : 0.0f;
   const float of_y = (around & (rest_y < 0 ? 1u << 6 : 1u)) != 0 ? weight_y : 0.0f;
   return detail::larger((passes ? 1 - weight_x - weight_y : 0.0f) + (of_x + of_y), 0.0f);
+}
+
+/// The same where all receivers have the same texel for their own: at_centre + x_slope x + x_bend |x| + y_slope y + y_bend |y|,
+/// x and y being the receiver's place in texels from that one's centre.
+struct OneTexelShare {
+  float at_centre, x_slope, x_bend, y_slope, y_bend;
+};
+/// @param own  that texel, i + 3 j
+LC_KERNEL OneTexelShare share_of_one_texel(std::uint32_t texels, std::uint32_t own) {
+  const bool passes = (texels >> own & 1u) != 0;
+  const std::uint32_t others =
+      (passes ? ~(texels >> 9) : texels) << 3 >> own;  // that say otherwise than the own, at bit 3
+  const float half = passes ? -0.5f : 0.5f;
+  const auto side = [&](std::uint32_t bit) { return (others >> bit & 1u) != 0 ? half : 0.0f; };
+  const float right = side(4), left = side(2), above = side(6), below = side(0);
+  return {passes ? 1.0f : 0.0f, right - left, right + left, above - below, above + below};
 }
 
 /// Column and row of texel (0, 0) of a word.

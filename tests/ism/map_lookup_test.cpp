@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <cstdio>
 #include <random>
 #include <vector>
@@ -105,7 +106,7 @@ void compare_groups(float extent) {
   std::mt19937 dice(Size);
   std::uniform_real_distribution<float> unit(0, 1), both(-1, 1);
   const Box room{{-3, -1, -4}, {5, 3, 4}}, box{{-1, -1, -1}, {1, 1, 1}};
-  int groups = 0, known = 0, placed = 0, wrong = 0, wrong_placed = 0;
+  int groups = 0, known = 0, placed = 0, one = 0, wrong = 0, wrong_placed = 0, wrong_one = 0;
   for (int round = 0; round < 60; ++round) {
     Vec3 origin;
     do {
@@ -138,11 +139,14 @@ void compare_groups(float extent) {
       group.ng = {ng[0], ng[1], ng[2]};
       group.reach = length(group.half_a) + length(group.half_b);
       const float shared = look_up_group<Depth, Size>(map, group, Size, codes.data());
-      const std::uint32_t texels = look_up_group_texels<Depth, Size>(map, group, Size, codes.data());
+      const GroupLook look = look_at_group<Depth, Size>(map, group, Size, codes.data());
+      const std::uint32_t texels = look.texels;
       if (dot(group.middle - origin, map.z) < 0) continue;
       ++groups;
       if (texels == kGroupUnsure) continue;
       ++(shared == kEachItsOwn ? placed : known);
+      const bool is_one = shared == kEachItsOwn && std::popcount(look.own) == 1;
+      one += is_one ? 1 : 0;
       for (int k = 0; k < 24; ++k) {
         // The corners are the farthest.
         const float s = k < 4 ? (k % 2 == 0 ? -1.0f : 1.0f) : both(dice),
@@ -155,16 +159,29 @@ void compare_groups(float extent) {
         } else {
           const float share = share_by_place<Size>(texels, local, dot(local, local), Size);
           wrong_placed += std::abs(share - expected) > 1e-3f ? 1 : 0;
+          if (!is_one) continue;
+          const auto own = static_cast<std::uint32_t>(std::countr_zero(look.own));
+          const float scale = 0.5f * Size / (length(local) + local.z), centre = 0.5f * Size - 0.5f;
+          const float x = local.x * scale + centre - static_cast<float>(group_column(texels) + own % 3);
+          const float y = local.y * scale + centre - static_cast<float>(group_row(texels) + own / 3);
+          const OneTexelShare of = share_of_one_texel(texels, own);
+          const float by_one =
+              of.at_centre + of.x_slope * x + of.x_bend * std::abs(x) + of.y_slope * y + of.y_bend * std::abs(y);
+          wrong_one += std::abs(by_one - expected) > 1e-4f ? 1 : 0;
         }
       }
     }
   }
   std::printf(
-      "  %d texels, groups of %g m: one look serves all in %d %%, with their places in %d %%; %d and %d of %d and %d "
-      "wrong\n",
-      Size, extent, 100 * known / groups, 100 * placed / groups, wrong, wrong_placed, 24 * known, 24 * placed);
+      "  %d texels, groups of %g m: one look serves all in %d %%, with their places in %d %%, within one texel in %d "
+      "%%; "
+      "%d, %d and %d of %d, %d and %d wrong\n",
+      Size, extent, 100 * known / groups, 100 * placed / groups, 100 * one / groups, wrong, wrong_placed, wrong_one,
+      24 * known, 24 * placed, 24 * one);
   EXPECT_EQ(wrong, 0);
   EXPECT_LE(wrong_placed, 24 * placed / 5000);  // in the middle between two texels
+  EXPECT_EQ(wrong_one, 0);
+  EXPECT_GT(one, extent < 0.02f ? groups / 100 : 0);
   EXPECT_GT(placed, extent < 0.02f ? groups / 50 : 0);
   EXPECT_GT(known, extent < 0.02f ? 3 * groups / 4 : groups / 50);
 }

@@ -352,6 +352,22 @@ __global__ void __launch_bounds__(kThreads, 5)
 
 // --- Other lights: one thread a pixel ---
 
+/// A pixel's running sums of a block of lights.
+struct Sums {
+  Vec3 block{};
+  float block_lost = 0;
+
+  /// Adds them to the pixel's total. Rarely done: that one stays in memory, where it takes no registers.
+  __device__ void close_block(const SumView& out, std::uint32_t slot, bool inside) {
+    if (inside) {
+      out.light[slot] += Vec3T<double>{block.x, block.y, block.z};
+      out.lost[slot] += block_lost;
+    }
+    block = {};
+    block_lost = 0;
+  }
+};
+
 __device__ PixelReceiver load_receiver(const PixelView& pixels, std::uint32_t slot) {
   return {pixels.position[slot], pixels.ns[slot], pixels.ng[slot]};
 }
@@ -388,16 +404,13 @@ __global__ void __launch_bounds__(kThreads)
   if (slot >= slots) return;
   const PixelReceiver receiver = load_receiver(pixels, slot);
   if (receiver.ns == Vec3{}) return;
-  Vec3T<double> total = out.light[slot];
-  for (std::uint32_t block = first; block < last; block += kSumBlockLights) {
-    Vec3 sum;
-    for (std::uint32_t i = block; i < min_of(last, block + kSumBlockLights); ++i) {
-      const float factor = term.factor(receiver, i);
-      if (factor > 0) sum += term.intensity(i) * (factor * term.share(maps, i, receiver));
-    }
-    total += Vec3T<double>{sum.x, sum.y, sum.z};
+  Sums sums;
+  for (std::uint32_t i = first; i < last; ++i) {
+    const float factor = term.factor(receiver, i);
+    if (factor > 0) sums.block += term.intensity(i) * (factor * term.share(maps, i, receiver));
+    if ((i + 1 - first) % kSumBlockLights == 0) sums.close_block(out, slot, true);
   }
-  out.light[slot] = total;
+  sums.close_block(out, slot, true);
 }
 
 using SumVpls = void (*)(PixelView, TileRows, const LitVpl*, std::uint32_t, MapSetView, float, SumView);

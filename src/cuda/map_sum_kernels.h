@@ -17,7 +17,7 @@ struct LightSpan {
 inline constexpr std::uint32_t kSumBlockLights = 320;
 
 /// What adding lights takes at most, beside their maps.
-inline constexpr std::uint64_t kSumByMapsBytes = std::uint64_t{80} << 12;
+inline constexpr std::uint64_t kSumByMapsBytes = std::uint64_t{80} << 13;
 
 /// Adds the lights of a span to every pixel, as much of them as their maps let pass: brute force.
 ///

@@ -64,15 +64,6 @@ LC_KERNEL AskedTexels asked_texels(std::uint32_t own_x, std::uint32_t own_y, std
   return {columns & rows, (columns | rows) & ((2u << wide) - 1) * kFirstColumn & ((8u << 3 * tall) - 1)};
 }
 
-/// The sign's bit of v below those of the word.
-LC_KERNEL std::uint32_t with_sign(std::uint32_t word, float v) {
-#if defined(__CUDA_ARCH__)
-  return __funnelshift_l(bits_of(v), word, 1);
-#else
-  return word << 1 | bits_of(v) >> 31;
-#endif
-}
-
 /// Three codes of each of three rows, as BiasedCode takes them before its shift; the last row only where `tall` is 2.
 template <class Depth>
 LC_KERNEL void nine_codes(const Depth* codes, std::uint32_t column, std::uint32_t row, std::uint32_t side,
@@ -187,10 +178,10 @@ LC_KERNEL GroupLook look_at_group(const MapRecord& map, const FlatReceivers& rec
     const float e = change + static_cast<float>(i) * test.change_x + static_cast<float>(j) * test.change_y;
     const float near = larger(e - room, least), far = larger(e + room, most);
     const float above = at * near - high_depth, below = at * far - low_depth;
-    not_passing = detail::with_sign(not_passing, above - other_bias * near);
-    failing = detail::with_sign(failing, below + other_bias * far);
-    not_passing_beside = detail::with_sign(not_passing_beside, above + (more - other_beside) * near);
-    failing_beside = detail::with_sign(failing_beside, below + (more + other_beside) * far);
+    not_passing = push_sign(not_passing, above - other_bias * near);
+    failing = push_sign(failing, below + other_bias * far);
+    not_passing_beside = push_sign(not_passing_beside, above + (more - other_beside) * near);
+    failing_beside = push_sign(failing_beside, below + (more + other_beside) * far);
   }
   if ((not_passing & asked.all) == 0) return {kGroupTexels, 0};
   if ((~failing & asked.all) == 0) return {0, 0};

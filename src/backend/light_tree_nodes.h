@@ -58,16 +58,28 @@ struct NodeChildren {
   std::uint32_t first, second;
 };
 
-/// Two nodes as one, before it has an id.
-struct MergedNode {
-  LightNode node;
+/// Where two nodes' lights are and shine.
+struct MergedShape {
+  Box box;
+  DirectionCone cone;
+};
+
+/// What else two nodes are as one.
+struct MergedSums {
+  Vec3 intensity;
   NodeMaking making;
+  std::uint32_t representative, leaf_count;
   NodeChildren children;
   std::uint32_t first_leaves;  ///< of the first child
   bool first_block_first;      ///< of the children's blocks
 };
 
-/// Nodes by id: leaves 0 to n - 1 in the order of the curve, then the merged ones in the order of their making.
+/// A finished tree's root.
+struct TreeRoot {
+  std::uint32_t id, height;
+};
+
+/// Nodes by id: leaves 0 to n - 1 in the order of the curve, then the merged ones (light_tree_tiles.h says which is which).
 struct NodesMaking {
   LightNode* nodes;
   NodeMaking* more;        ///< of merged node k; a leaf's follows from its node
@@ -78,14 +90,17 @@ struct NodesMaking {
   std::uint64_t seed;
   std::uint32_t leaf_count;
 
-  [[nodiscard]] LC_KERNEL LightCluster cluster(std::uint32_t id) const {
-    const LightNode& n = nodes[id];
+  [[nodiscard]] LC_KERNEL LightCluster cluster(const LightNode& n) const {
     const bool colored = scale.metric == Metric::distance_color || scale.metric == Metric::distance_color_direction;
     return {n.box,
             {n.axis, n.cos_half_angle},
             n.intensity,
             colored ? chromaticity(n.intensity) : Chromaticity{},
-            max_of(luminance(n.intensity), summary->luminance_floor())};
+            luminance_of(n.intensity)};
+  }
+
+  [[nodiscard]] LC_KERNEL float luminance_of(const Vec3& intensity) const {
+    return max_of(luminance(intensity), summary->luminance_floor());
   }
 
   [[nodiscard]] LC_KERNEL NodeMaking making_of(std::uint32_t id, const LightNode& node) const {
@@ -99,33 +114,31 @@ struct NodesMaking {
     rest = static_cast<float>(exact - sum);
   }
 
-  /// p and q as one, p being the lower one in the array.
-  [[nodiscard]] LC_KERNEL MergedNode combine(std::uint32_t p_id, std::uint32_t q_id) const {
-    const LightNode p = nodes[p_id], q = nodes[q_id];
-    const NodeMaking mp = making_of(p_id, p), mq = making_of(q_id, q);
-    MergedNode merged;
-    LightNode& node = merged.node;
+  [[nodiscard]] LC_KERNEL static MergedShape merge_shapes(const Box& p_box, const DirectionCone& p_cone,
+                                                          const Box& q_box, const DirectionCone& q_cone) {
+    return {extend(p_box, q_box), unite(p_cone, q_cone)};
+  }
+
+  /// p and q as one, p being the lower one in the array; of the nodes only sums, representatives and counts are asked.
+  [[nodiscard]] LC_KERNEL MergedSums merge_sums(std::uint32_t p_id, const LightNode& p, const NodeMaking& mp,
+                                                std::uint32_t q_id, const LightNode& q, const NodeMaking& mq) const {
+    MergedSums merged;
     NodeMaking& making = merged.making;
-    node.box = extend(p.box, q.box);
-    const DirectionCone cone = unite(DirectionCone{p.axis, p.cos_half_angle}, DirectionCone{q.axis, q.cos_half_angle});
-    node.axis = cone.axis;
-    node.cos_half_angle = cone.cos_half_angle;
-    add_exactly(node.intensity.x, making.rest.x, p.intensity.x, mp.rest.x, q.intensity.x, mq.rest.x);
-    add_exactly(node.intensity.y, making.rest.y, p.intensity.y, mp.rest.y, q.intensity.y, mq.rest.y);
-    add_exactly(node.intensity.z, making.rest.z, p.intensity.z, mp.rest.z, q.intensity.z, mq.rest.z);
+    add_exactly(merged.intensity.x, making.rest.x, p.intensity.x, mp.rest.x, q.intensity.x, mq.rest.x);
+    add_exactly(merged.intensity.y, making.rest.y, p.intensity.y, mp.rest.y, q.intensity.y, mq.rest.y);
+    add_exactly(merged.intensity.z, making.rest.z, p.intensity.z, mp.rest.z, q.intensity.z, mq.rest.z);
     making.smallest_light = min_of(mp.smallest_light, mq.smallest_light);
     making.largest_light = max_of(mp.largest_light, mq.largest_light);
     making.height = 1 + max_of(mp.height, mq.height);
-    node.leaf_count = p.leaf_count + q.leaf_count;
+    merged.leaf_count = p.leaf_count + q.leaf_count;
 
     // Of the children, the one with the lowest light stands first in the draw.
     const bool p_lower = mp.smallest_light < mq.smallest_light;
     const double of_p = luminance(p.intensity), of_q = luminance(q.intensity);
-    const double random = representative_random(seed, making.smallest_light, making.largest_light, node.leaf_count);
+    const double random = representative_random(seed, making.smallest_light, making.largest_light, merged.leaf_count);
     const bool lower_wins = p_lower ? first_represents(of_p, of_q, random) : first_represents(of_q, of_p, random);
     const bool p_wins = lower_wins == p_lower;
-    node.representative = p_wins ? p.representative : q.representative;
-    node.first_child = p_wins ? p_id : q_id;
+    merged.representative = p_wins ? p.representative : q.representative;
     merged.children = {p_wins ? p_id : q_id, p_wins ? q_id : p_id};
     // The smaller one's block comes first; of equal ones that of the lower one in the array.
     merged.first_block_first = (p.leaf_count <= q.leaf_count) == p_wins;
@@ -133,12 +146,22 @@ struct NodesMaking {
     return merged;
   }
 
-  /// Makes it node `id`.
-  LC_KERNEL void put(std::uint32_t id, const MergedNode& merged) const {
-    nodes[id] = merged.node;
+  LC_KERNEL void put(std::uint32_t id, const MergedShape& merged) const {
+    LightNode& node = nodes[id];
+    node.box = merged.box;
+    node.axis = merged.cone.axis;
+    node.cos_half_angle = merged.cone.cos_half_angle;
+  }
+
+  LC_KERNEL void put(std::uint32_t id, const MergedSums& merged) const {
+    LightNode& node = nodes[id];
+    node.intensity = merged.intensity;
+    node.representative = merged.representative;
+    node.first_child = merged.children.first;
+    node.leaf_count = merged.leaf_count;
     more[id - leaf_count] = merged.making;
     children[id - leaf_count] = merged.children;
-    const std::uint32_t leaves = merged.first_leaves, others = merged.node.leaf_count - leaves;
+    const std::uint32_t leaves = merged.first_leaves, others = merged.leaf_count - leaves;
     const std::uint32_t first = merged.children.first, second = merged.children.second;
     if (first >= leaf_count) parents[first - leaf_count] = {id, merged.first_block_first ? 2 : 2 * others};
     if (second >= leaf_count) parents[second - leaf_count] = {id, merged.first_block_first ? 2 * leaves : 2};

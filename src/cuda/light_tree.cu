@@ -5,6 +5,7 @@
 
 #include "cuda/staged_light.cuh"
 #include "cuda/tree_rounds.cuh"
+#include "cuda/warp.cuh"
 #include "lightcuts/error.h"
 
 namespace lightcuts::cuda {
@@ -22,52 +23,71 @@ __device__ inline std::uint32_t warp_most(std::uint32_t v) {
 #endif
 }
 
+/// What a split asks of a node's child. It is fetched as soon as its parent is known.
+struct Fetched {
+  Vec3 intensity;
+  std::uint32_t first_child;
+};
+
+__device__ inline Fetched fetch(const LightNode& node) { return {node.intensity, node.first_child}; }
+
+/// Bits of a power that is not negative are in its order; 0: a leaf, or an empty place. One is added, so that dark clusters
+/// split too, the brightest first all the same.
+__device__ inline std::uint32_t split_order(const Fetched& node) {
+  return node.first_child == kNone ? 0 : __float_as_uint(max_of(luminance(node.intensity), 0.0f)) + 1;
+}
+
+__device__ inline Fetched fetched_by(const Fetched& f, int lane) {
+  return {from_lane(f.intensity, lane), __shfl_sync(~0u, f.first_child, lane)};
+}
+
 /// One warp finds the nodes of an upper level, the brightest split first, and stages their representatives.
 template <int kind>
-__global__ void frontier_kernel(const LightNode* nodes, LightArrays lights, std::uint32_t wanted,
-                                StagedLight* frontier) {
+__device__ void find_frontier(const LightNode* nodes, LightArrays lights, std::uint32_t wanted, StagedLight* frontier) {
   const auto lane = static_cast<std::uint32_t>(threadIdx.x);
-  // Slot s * kWarp + lane; the bits of a power that is not negative are in its order; 0: a leaf, or an empty place.
-  std::uint32_t index[kSlots], child[kSlots], power[kSlots];
+  // Slot s * kWarp + lane.
+  std::uint32_t index[kSlots], child[kSlots], order[kSlots];
+  Fetched children[kSlots][2] = {};
 #pragma unroll
   for (int s = 0; s < kSlots; ++s) {
     index[s] = child[s] = kNone;
-    power[s] = 0;
+    order[s] = 0;
   }
-  const auto put = [&](std::uint32_t slot, std::uint32_t node) {
-    const std::uint32_t first_child = nodes[node].first_child;
-    // One is added, so that dark clusters split too, the brightest first all the same.
-    const std::uint32_t bits =
-        first_child == kNone ? 0 : __float_as_uint(max_of(luminance(nodes[node].intensity), 0.0f)) + 1;
+  const auto put = [&](std::uint32_t slot, std::uint32_t node, const Fetched& fetched) {
 #pragma unroll
     for (int s = 0; s < kSlots; ++s) {
       if (slot / kWarp != static_cast<std::uint32_t>(s)) continue;
       index[s] = node;
-      child[s] = first_child;
-      power[s] = bits;
+      child[s] = fetched.first_child;
+      order[s] = split_order(fetched);
+      if (child[s] == kNone) continue;
+      children[s][0] = fetch(nodes[child[s]]);
+      children[s][1] = fetch(nodes[child[s] + 1]);
     }
   };
-  if (lane == 0) put(0, 0);
+  if (lane == 0) put(0, 0, fetch(nodes[0]));
   for (std::uint32_t count = 1; count < wanted; ++count) {
     // The brightest one; of equal ones that in the lowest slot.
     std::uint32_t most = 0;
 #pragma unroll
-    for (int s = 0; s < kSlots; ++s) most = max_of(most, power[s]);
+    for (int s = 0; s < kSlots; ++s) most = max_of(most, order[s]);
     most = warp_most(most);
     if (most == 0) break;  // leaves alone
     std::uint32_t slot = kNone, first = kNone;
+    Fetched two[2];
 #pragma unroll
-    for (int s = kSlots - 1; s >= 0; --s) {
-      const std::uint32_t owners = __ballot_sync(~0u, power[s] == most);
-      if (owners == 0) continue;
+    for (int s = 0; s < kSlots; ++s) {
+      const std::uint32_t owners = __ballot_sync(~0u, order[s] == most);
+      if (owners == 0 || slot != kNone) continue;
       const int owner = __ffs(static_cast<int>(owners)) - 1;
       slot = static_cast<std::uint32_t>(s * kWarp + owner);
       first = __shfl_sync(~0u, child[s], owner);
+      two[0] = fetched_by(children[s][0], owner);
+      two[1] = fetched_by(children[s][1], owner);
     }
-    // Both children at once, so that their loads are one wait; one lane may be that of both.
-    const bool takes = slot % kWarp == lane, adds = count % kWarp == lane;
-    if (takes && adds) put(slot, first);
-    if (takes || adds) put(adds ? count : slot, adds ? first + 1 : first);
+    // One lane may be that of both.
+    if (slot % kWarp == lane) put(slot, first, two[0]);
+    if (count % kWarp == lane) put(count, first + 1, two[1]);
   }
 #pragma unroll
   for (int s = 0; s < kSlots; ++s) {
@@ -79,8 +99,7 @@ __global__ void frontier_kernel(const LightNode* nodes, LightArrays lights, std:
 }
 
 /// One block takes a tree apart: nodes with more than their share of the leaves are split until the places are taken.
-__global__ void __launch_bounds__(kTreeParts)
-    parts_kernel(const LightNode* nodes, std::uint32_t leaf_count, std::uint32_t* parts) {
+__device__ void find_parts(const LightNode* nodes, std::uint32_t leaf_count, std::uint32_t* parts) {
   using Scan = cub::BlockScan<std::uint32_t, kTreeParts>;
   __shared__ typename Scan::TempStorage storage;
   __shared__ std::uint32_t list[kTreeParts];
@@ -106,22 +125,33 @@ __global__ void __launch_bounds__(kTreeParts)
   parts[place] = list[place];
 }
 
+/// What walks start from: the frontier by the first block, the parts by the second.
+template <int kind>
+__global__ void __launch_bounds__(kTreeParts)
+    starts_kernel(const LightNode* nodes, std::uint32_t leaf_count, LightArrays lights, std::uint32_t wanted,
+                  StagedLight* frontier, std::uint32_t* parts) {
+  if (blockIdx.x != 0) {
+    find_parts(nodes, leaf_count, parts);
+  } else if (threadIdx.x < kWarp) {
+    find_frontier<kind>(nodes, lights, wanted, frontier);
+  }
+}
+
 LightArrays arrays_of(const DeviceLights& d) {
   return {d.vpls.data(), d.points.data(), d.directionals.data(), d.vpl_count, d.point_count, d.directional_count};
 }
 
-void make_frontier(Device& device, const DeviceLights& lights, int kind, DeviceTree& tree) {
+void find_starts(Device& device, const DeviceLights& lights, int kind, DeviceTree& tree) {
   if (tree.leaf_count == 0) return;
   const std::uint32_t wanted = min_of(kFrontierSize, tree.leaf_count);
   tree.frontier = DeviceBuffer<StagedLight>(device, wanted);
-  void (*const kernel)(const LightNode*, LightArrays, std::uint32_t, StagedLight*) =
-      kind == vpl_kind     ? frontier_kernel<vpl_kind>
-      : kind == point_kind ? frontier_kernel<point_kind>
-                           : frontier_kernel<directional_kind>;
-  kernel<<<1, kWarp, 0, device.stream()>>>(tree.storage.data() + 1, arrays_of(lights), wanted, tree.frontier.data());
   tree.parts = DeviceBuffer<std::uint32_t>(device, kTreeParts);
-  parts_kernel<<<1, kTreeParts, 0, device.stream()>>>(tree.storage.data() + 1, tree.leaf_count, tree.parts.data());
-  check(cudaGetLastError(), "looking for a tree's brightest nodes");
+  auto* const kernel = kind == vpl_kind     ? starts_kernel<vpl_kind>
+                       : kind == point_kind ? starts_kernel<point_kind>
+                                            : starts_kernel<directional_kind>;
+  kernel<<<2, kTreeParts, 0, device.stream()>>>(tree.storage.data() + 1, tree.leaf_count, arrays_of(lights), wanted,
+                                                tree.frontier.data(), tree.parts.data());
+  check(cudaGetLastError(), "looking for where walks of a tree start");
 }
 
 template <class Light>
@@ -176,7 +206,7 @@ DeviceTrees build_light_trees(Device& device, const DeviceLights& lights, float 
       build_one(device, lights.points, lights.point_count, options_for(options, scene_diagonal, 0));
   trees.kind[directional_kind] =
       build_one(device, lights.directionals, lights.directional_count, options_for(options, 2, 0));
-  for (int kind = 0; kind < kKinds; ++kind) make_frontier(device, lights, kind, trees.kind[kind]);
+  for (int kind = 0; kind < kKinds; ++kind) find_starts(device, lights, kind, trees.kind[kind]);
   return trees;
 }
 
@@ -196,7 +226,7 @@ DeviceTrees upload_light_trees(Device& device, const LightTrees& trees, const De
     check(cudaMemcpyAsync(tree.storage.data() + 1, hosts[kind]->nodes.data(),
                           hosts[kind]->nodes.size() * sizeof(LightNode), cudaMemcpyHostToDevice, device.stream()),
           "sending a light tree");
-    make_frontier(device, lights, kind, tree);
+    find_starts(device, lights, kind, tree);
   }
   device.synchronize();  // the host's nodes may go now
   return result;

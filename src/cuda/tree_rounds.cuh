@@ -59,11 +59,8 @@ __global__ void __launch_bounds__(kBlockThreads)
   *summary = {{{-v[0], -v[1], -v[2]}, {v[3], v[4], v[5]}}, max_of(v[6], 0.0f)};
 }
 
-/// Builds light trees without asking the device how far it is: rounds of merging follow each other within one launch.
-///
-/// Where build_light_tree over another executor has launches for each step of a round, and waits for the number of
-/// clusters that are left, here one cooperative kernel runs all rounds but the last ones, which one block does in shared
-/// memory. The results are the same to the bit.
+/// Builds light trees without asking the device how far it is: a launch for each pass over the tiles, and one that puts all
+/// nodes where they belong.
 class TreeExecutor : public CudaExecutor {
  public:
   using CudaExecutor::CudaExecutor;
@@ -92,12 +89,11 @@ class TreeExecutor : public CudaExecutor {
     if (pair.Current() != words.data()) std::swap(words, other);
   }
 
-  /// Merges the clusters `ids`, as detail::merge_in_rounds does.
-  void merge_clusters(const detail::NodesMaking& making, Buffer<std::uint32_t>& ids, std::uint32_t radius,
-                      std::uint32_t search_all_below);
+  /// Merges the clusters of all tiles of a pass, as detail::MergeTile does.
+  void merge_tiles(const detail::TilePass& pass);
 
   /// Writes the nodes of a tree of several lights where they belong, as detail::PlaceChildren does.
-  void place(const detail::NodesMaking& making, LightNode* placed);
+  void place(const detail::NodesMaking& making, const detail::TreeRoot* root, LightNode* placed);
 };
 
 }  // namespace lightcuts::cuda

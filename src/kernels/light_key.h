@@ -12,6 +12,8 @@ struct LightKeyLayout {
   int position_bits = 16;   ///< a coordinate
   int direction_bits = 5;   ///< a coordinate
   int direction_level = 0;  ///< how many bits of each position coordinate stand above the first bits of the axis
+
+  bool operator==(const LightKeyLayout&) const = default;
 };
 
 namespace detail {

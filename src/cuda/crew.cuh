@@ -7,10 +7,15 @@
 
 namespace lightcuts::cuda {
 
-/// Who lights a tile: a warp, or for tiles with very many nodes the warps of several blocks. The warps of a block walk together,
+/// Who lights a group of pixels: a warp, or where there are very many nodes the warps of several blocks. The warps of a block walk together,
 /// each block of a crew has its own parts of the trees, and after each walk all get the same sums, and so come to the same
 /// decisions.
 enum class Crew { warp, blocks };
+
+/// What a crew has to agree on: whether lights could not be looked at, and whether it is too much for it.
+struct CrewFlags {
+  bool missed = false, heavy = false;
+};
 
 /// What some warps of a crew found for a pixel.
 struct CrewPart {
@@ -35,7 +40,7 @@ struct CrewPart {
 /// in each. `arrivals` counts, from 0 and for ever, blocks that came to a meeting.
 class Meeting {
  public:
-  static constexpr int kBoardWords = (sizeof(CrewPart) + 15) / 8;  ///< of 64 bits: the part, and a flag
+  static constexpr int kBoardWords = (sizeof(CrewPart) + 15) / 8;  ///< of 64 bits: the part, and the flags
 
   Meeting() = default;
   __device__ Meeting(unsigned long long* board, unsigned* arrivals, int blocks, int rank)
@@ -44,15 +49,15 @@ class Meeting {
   [[nodiscard]] __device__ int blocks() const { return blocks_; }
   [[nodiscard]] __device__ int rank() const { return rank_; }
 
-  /// By all threads of all blocks: adds up the parts of the blocks, in their order, and whether any brings the flag. Each warp
+  /// By all threads of all blocks: adds up the parts of the blocks, in their order, and whether any brings a flag. Each warp
   /// of a block brings the same.
-  __device__ CrewPart add_up(const CrewPart& part, bool& flag) {
+  __device__ CrewPart add_up(const CrewPart& part, CrewFlags& flags) {
     const auto lane = threadIdx.x % 32;
     unsigned long long* const half = board_ + held_ % 2 * static_cast<unsigned>(blocks_) * kPlaces;
     if (threadIdx.x < 32) {
       unsigned long long words[kBoardWords] = {};
       memcpy(words, &part, sizeof part);
-      words[kBoardWords - 1] = flag ? 1 : 0;
+      words[kBoardWords - 1] = (flags.missed ? 1u : 0u) | (flags.heavy ? 2u : 0u);
       for (int i = 0; i < kBoardWords; ++i) half[(rank_ * kBoardWords + i) * 32 + lane] = words[i];
     }
     ++held_;
@@ -67,16 +72,16 @@ class Meeting {
     }
     __syncthreads();
     CrewPart sum;
-    unsigned long long flags = 0;
+    unsigned long long any = 0;
     for (int block = 0; block < blocks_; ++block) {
       unsigned long long words[kBoardWords];
       for (int i = 0; i < kBoardWords; ++i) words[i] = __ldcg(&half[(block * kBoardWords + i) * 32 + lane]);
       CrewPart other;
       memcpy(&other, words, sizeof other);
       sum.add(other);
-      flags |= words[kBoardWords - 1];
+      any |= words[kBoardWords - 1];
     }
-    flag = flags != 0;
+    flags = {(any & 1) != 0, (any & 2) != 0};
     return sum;
   }
 

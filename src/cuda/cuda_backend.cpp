@@ -446,36 +446,60 @@ bool CudaBackend::light_heaps(Shading& s, const CutJob& job, const SumView& sums
     return cut_by_heaps(device_, s.traced, pixels, job, visibility, {list.units, list.count}, heap_batch_, sums, cuts,
                         [&](double) { return s.go_on(device_); });
   };
-  return light_in_rounds(device_, *light_maps_, job.trees, s.grid.slot_count(), kTilePixels, light,
-                         look_up_by(s, job, true), go_on, s.map_rounds);
+  return light_in_rounds(device_, *light_maps_, job.trees, s.grid.slot_count(), kTilePixels,
+                         {light, look_up_by(s, job, true)}, go_on, s.map_rounds);
 }
 
-bool CudaBackend::light_tiles(Shading& s, const CutJob& job, const SumView& sums, const CutView& cuts) {
+bool CudaBackend::light_tiles(Shading& s, const CutJob& job, const SumView& sums, const CutView& view) {
+  CutView cuts = view;
+  tile_order_.begin(device_, s.grid.tile_count);
+  cuts.cost = tile_order_.cost();
   const bool rays = s.options.visibility == Visibility::rays;
   // About a tenth of a second a launch on a slow GPU.
   const std::uint64_t pixels = (rays ? 100'000'000u : light_maps_ ? 1'000'000'000u : 2'000'000'000u) / kPlannedCut;
   const auto batch = static_cast<std::uint32_t>(pixels / kTilePixels);
   const auto go_on = [&](double part) { return s.go_on(device_, part); };
   if (light_maps_) {
-    const auto light = [&](const UnitList& list, const MissedList& missed) {
+    DeviceBuffer<TileState> state(device_, s.grid.tile_count);
+    state.fill_bytes(0);
+    cuts.state = state.data();
+    const auto in_batches = [&](const UnitList& list, const auto& work) {
       for (std::uint32_t first = 0; first < list.count; first += batch) {
         const std::uint32_t count = std::min(batch, list.count - first);
-        const TileList tiles{list.units == nullptr ? nullptr : list.units + first, list.units == nullptr ? first : 0,
-                             count, missed};
-        cut_by_packets(device_, light_maps_->view(), light_maps_->wanted(), light_maps_->table(), s.film.pixels(), job,
-                       tiles, sums, cuts);
+        work(tile_order_.sorted(
+            device_, {list.units == nullptr ? nullptr : list.units + first, list.units == nullptr ? first : 0, count}));
         if (first + count < list.count && !s.go_on(device_)) return false;
       }
       return true;
     };
-    return light_in_rounds(device_, *light_maps_, job.trees, s.grid.tile_count, 1, light, look_up_by(s, job, false),
-                           go_on, s.map_rounds);
+    const auto light = [&](const UnitList& list, const MissedList& missed) {
+      const bool complete = in_batches(list, [&](TileList tiles) {
+        tiles.missed = missed;
+        cut_by_packets(device_, light_maps_->view(), light_maps_->wanted(), light_maps_->table(), s.film.pixels(), job,
+                       tiles, sums, cuts);
+      });
+      tile_order_.use_this_picture();
+      return complete;
+    };
+    const auto ask = [&](const UnitList& list) {
+      const bool complete = in_batches(list, [&](const TileList& tiles) {
+        ask_for_maps(device_, light_maps_->view(), light_maps_->wanted(), s.film.pixels(), job, tiles, cuts);
+      });
+      tile_order_.use_this_picture();
+      return complete;
+    };
+    const bool complete = light_in_rounds(device_, *light_maps_, job.trees, s.grid.tile_count, 1,
+                                          {light, look_up_by(s, job, false), ask}, go_on, s.map_rounds);
+    tile_order_.end();
+    return complete;
   }
   for (std::uint32_t first = 0; first < s.grid.tile_count; first += batch) {
     const std::uint32_t last = std::min(s.grid.tile_count, first + batch);
-    cut_by_packets(device_, s.traced, s.film.pixels(), job, rays, first, last, sums, cuts);
+    const TileList tiles = tile_order_.sorted(device_, {nullptr, first, last - first});
+    cut_by_packets(device_, s.traced, s.film.pixels(), job, rays, tiles, sums, cuts);
     if (last < s.grid.tile_count && !go_on(static_cast<double>(last) / s.grid.tile_count)) return false;
   }
+  tile_order_.end();
   return true;
 }
 

@@ -78,6 +78,7 @@ class CudaBackend final : public Backend {
   StageTimes times_;
   StageCounts counts_;
   std::uint32_t heap_batch_ = kHeapBatch;
+  TileOrder tile_order_;
 };
 
 }  // namespace lightcuts::cuda

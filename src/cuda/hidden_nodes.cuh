@@ -15,7 +15,8 @@ struct Umbras {
   int count;
 
   /// By all lanes together: each has one of the umbras to find, of the occluders that weigh most, as on the CPU.
-  __device__ void find(const CutJob& job, const Box& receivers, int lane) {
+  /// @param least  that an occluder has to weigh
+  __device__ void find(const CutJob& job, const Box& receivers, float least, int lane) {
     Box lights;
     if (job.trees.kind[vpl_kind].leaf_count > 0) lights = extend(lights, job.trees.kind[vpl_kind].nodes[0].box);
     if (job.trees.kind[point_kind].leaf_count > 0) lights = extend(lights, job.trees.kind[point_kind].nodes[0].box);
@@ -28,7 +29,8 @@ struct Umbras {
     for (int k = 0; k < rounds; ++k) {
       const auto i = static_cast<std::uint32_t>(32 * k + lane);
       const bool counts = i < view.count && (far_lights || is_between(view.occluders[i], receivers, lights, view.gap));
-      weights[i] = counts ? occluder_weight(view.occluders[i], center(receivers)) : 0.0f;
+      const float weight = counts ? occluder_weight(view.occluders[i], center(receivers)) : 0.0f;
+      weights[i] = weight >= least ? weight : 0.0f;
     }
     const std::uint32_t own_occluder = one_of_the_heaviest(weights, rounds, lane);
     Umbra own;
@@ -135,7 +137,7 @@ struct Umbras {
 /// Where all light arrives.
 template <>
 struct Umbras<0> {
-  __device__ void find(const CutJob&, const Box&, int) {}
+  __device__ void find(const CutJob&, const Box&, float, int) {}
   template <int kind>
   __device__ bool hide(const Box&) const {
     return false;

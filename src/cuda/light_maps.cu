@@ -108,7 +108,9 @@ void LightMaps::want_upper_levels(const TreeViews& trees) {
 bool LightMaps::add_upper_levels(const TreeViews& trees) {
   if (has_upper_levels_) return true;
   want_upper_levels(trees);
+  const std::uint32_t before = maps_->count();
   has_upper_levels_ = add_wanted();
+  upper_level_maps_ = maps_->count() - before;
   return has_upper_levels_;
 }
 

@@ -54,6 +54,8 @@ class LightMaps {
   bool add_wanted();
   /// Makes the maps of the trees' upper levels, once until others are announced; false where there is no room for them.
   bool add_upper_levels(const TreeViews& trees);
+  /// Whether no maps but theirs are there.
+  [[nodiscard]] bool has_upper_levels_only() const { return maps_->count() <= upper_level_maps_; }
   void trees_changed() { has_upper_levels_ = false; }
   /// Takes other lights, as many of each kind; see DeviceMaps::replace_lights.
   void replace_lights(const LightArrays& lights);
@@ -93,6 +95,7 @@ class LightMaps {
   std::uint32_t list_wanted(int kind, DeviceBuffer<std::uint32_t>& ids);
 
   bool has_upper_levels_ = false;
+  std::uint32_t upper_level_maps_ = 0;
   DeviceBuffer<std::uint32_t> rows_;
   DeviceBuffer<std::uint8_t> shares_;
   std::uint32_t row_count_ = 0;

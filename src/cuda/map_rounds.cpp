@@ -11,15 +11,13 @@ namespace {
 class Rounds {
  public:
   Rounds(Device& device, LightMaps& maps, const TreeViews& trees, std::uint32_t count, std::uint32_t units_of_tile,
-         const LightUnits& light, const LookUpUnit& look_up, const std::function<bool(double)>& go_on,
-         std::uint64_t& rounds)
+         const UnitWork& work, const std::function<bool(double)>& go_on, std::uint64_t& rounds)
       : device_(device),
         maps_(maps),
         trees_(trees),
         all_(count),
         units_of_tile_(units_of_tile),
-        light_(light),
-        look_up_(look_up),
+        work_(work),
         go_on_(go_on),
         rounds_(rounds),
         missed_{DeviceBuffer<std::uint32_t>(device, count), DeviceBuffer<std::uint32_t>(device, count)},
@@ -27,8 +25,10 @@ class Rounds {
 
   bool run() {
     if (maps_.add_upper_levels(trees_) || start_over()) {
-      const Outcome outcome = light({nullptr, all_});
-      return outcome == Outcome::no_room ? run_in_batches(fetch_left()) : outcome == Outcome::lit;
+      Outcome outcome = ask();
+      if (outcome == Outcome::lit) outcome = light({nullptr, all_});
+      if (outcome != Outcome::no_room) return outcome == Outcome::lit;
+      if (left_ > 0) return run_in_batches(fetch_left());
     }
     std::vector<std::uint32_t> units(all_);
     std::iota(units.begin(), units.end(), 0u);
@@ -44,13 +44,20 @@ class Rounds {
     return maps_.add_upper_levels(trees_);
   }
 
+  /// Makes most of the maps that will be wanted, where there are hardly any.
+  Outcome ask() {
+    if (!work_.ask || !maps_.has_upper_levels_only()) return Outcome::lit;
+    if (!work_.ask({nullptr, all_})) return Outcome::stopped;
+    return maps_.add_wanted() ? Outcome::lit : Outcome::no_room;
+  }
+
   /// Lights units until none misses a map, or until there is no room for maps; those that are not lit are then `left_`.
   Outcome light(UnitList list) {
     while (true) {
       missed_count_.fill_bytes(0);
       DeviceBuffer<std::uint32_t>& missed = missed_[turn_];
       ++rounds_;
-      if (!light_(list, {missed.data(), missed_count_.data()})) return Outcome::stopped;
+      if (!work_.light(list, {missed.data(), missed_count_.data()})) return Outcome::stopped;
       missed_count_.download(&left_, 1);
       if (left_ == 0) return Outcome::lit;
       list = {missed.data(), left_};
@@ -114,13 +121,13 @@ class Rounds {
       unit.upload(&units[i], 1);
       if (i == 0 || units[i] / units_of_tile_ != units[i - 1] / units_of_tile_) maps_.forget_table();
       const auto fill = [&](const std::uint32_t* ids, std::uint32_t count, int kind, std::uint8_t* shares) {
-        look_up_(units[i], kind, ids, count, shares);
+        work_.look_up(units[i], kind, ids, count, shares);
       };
       do {
         maps_.look_up_wanted(trees_, fill);
         missed_count_.fill_bytes(0);
         ++rounds_;
-        if (!light_({unit.data(), 1}, {missed_[0].data(), missed_count_.data()})) return false;
+        if (!work_.light({unit.data(), 1}, {missed_[0].data(), missed_count_.data()})) return false;
         missed_count_.download(&left_, 1);
       } while (left_ > 0);
       if (!go_on_(1 - static_cast<double>(units.size() - i) / all_)) return false;
@@ -133,8 +140,7 @@ class Rounds {
   LightMaps& maps_;
   const TreeViews& trees_;
   std::uint32_t all_, units_of_tile_;
-  const LightUnits& light_;
-  const LookUpUnit& look_up_;
+  const UnitWork& work_;
   const std::function<bool(double)>& go_on_;
   std::uint64_t& rounds_;
   DeviceBuffer<std::uint32_t> missed_[2];
@@ -147,9 +153,9 @@ class Rounds {
 }  // namespace
 
 bool light_in_rounds(Device& device, LightMaps& maps, const TreeViews& trees, std::uint32_t count,
-                     std::uint32_t units_of_tile, const LightUnits& light, const LookUpUnit& look_up,
-                     const std::function<bool(double)>& go_on, std::uint64_t& rounds) {
-  return Rounds(device, maps, trees, count, units_of_tile, light, look_up, go_on, rounds).run();
+                     std::uint32_t units_of_tile, const UnitWork& work, const std::function<bool(double)>& go_on,
+                     std::uint64_t& rounds) {
+  return Rounds(device, maps, trees, count, units_of_tile, work, go_on, rounds).run();
 }
 
 }  // namespace lightcuts::cuda

@@ -19,12 +19,21 @@ using LightUnits = std::function<bool(const UnitList& units, const MissedList& m
 
 /// Looks up the lights ids[0 .. count) of a kind, which have maps, from all pixels of a unit's tile; see look_up_tile.
 using LookUpUnit = std::function<void(std::uint32_t unit, int kind, const std::uint32_t* ids, std::uint32_t count,
-                                      std::uint8_t* fifths)>;
+                                      std::uint8_t* shares)>;
+
+/// What is done with units.
+struct UnitWork {
+  LightUnits light;
+  LookUpUnit look_up;
+  /// Marks about those lights as wanted that the units will want, for less than it takes to light them; false to stop. May be
+  /// nothing.
+  std::function<bool(const UnitList& units)> ask = {};
+};
 
 /// Lights a picture of `count` units by shadow maps that are made for those lights only that represent a node of some
 /// pixel's cut: so the memory bounds neither the number of lights nor the size of the picture.
 ///
-/// In rounds: all units are lit, maps are made for the lights that any of them missed, and the units that missed one are
+/// In rounds: where there are hardly any maps, all units ask for what they will want; all units are lit, maps are made for the lights that any of them missed, and the units that missed one are
 /// lit again, until none misses any: what is kept of a unit has seen every light of its cuts through its map, so that the
 /// promise holds against the shadowed total, and the picture does not depend on which maps there were. The upper levels'
 /// lights, from which a pixel's total is guessed, have maps from the start. Where not all maps fit into the memory at once,
@@ -34,7 +43,7 @@ using LookUpUnit = std::function<void(std::uint32_t unit, int kind, const std::u
 /// `go_on(done)`, done in [0, 1], is asked between rounds; returns false where it said stop. `rounds` receives how many
 /// there were. Throws Error{out_of_memory} where not even that fits.
 bool light_in_rounds(Device& device, LightMaps& maps, const TreeViews& trees, std::uint32_t count,
-                     std::uint32_t units_of_tile, const LightUnits& light, const LookUpUnit& look_up,
-                     const std::function<bool(double)>& go_on, std::uint64_t& rounds);
+                     std::uint32_t units_of_tile, const UnitWork& work, const std::function<bool(double)>& go_on,
+                     std::uint64_t& rounds);
 
 }  // namespace lightcuts::cuda

@@ -25,9 +25,7 @@ class RememberedRaysBuffer {
 }  // namespace
 
 void cut_by_packets(Device& device, const TracedScene& traced, const PixelView& pixels, const CutJob& job,
-                    bool shadow_rays, std::uint32_t first, std::uint32_t last, const SumView& sums,
-                    const CutView& cuts) {
-  const TileList tiles{nullptr, first, first < last ? last - first : 0};
+                    bool shadow_rays, const TileList& tiles, const SumView& sums, const CutView& cuts) {
   if (shadow_rays) {
     const RememberedRaysBuffer remembered(device);
     const SeeByRays see{{traced.scene, traced.bvh}, remembered.view()};

@@ -9,8 +9,9 @@ namespace lightcuts::cuda {
 inline constexpr int kCutThreads = 64, kCutBlocks = 10;
 inline constexpr std::uint32_t kCutWarps = kCutThreads / 32;  ///< of a block
 inline constexpr int kCrewResident = 2;                       ///< blocks of crews on a multiprocessor, at least
+inline constexpr int kCrew = 4, kLargeCrew = 16;              ///< blocks
 
-/// One warp a tile; tiles that are too much for one are left.
+/// One warp a tile; groups of pixels that are too much for one are left.
 /// @param taken  tiles that were taken beyond the first of each warp
 template <class Visibility, bool listing>
 __global__ void __launch_bounds__(kCutThreads, kCutBlocks)
@@ -21,17 +22,21 @@ __global__ void __launch_bounds__(kCutThreads, kCutBlocks)
   for (std::uint32_t place = warp; place < list.count;) {
     const std::uint32_t tile = list.tile(place);
     TileCut<Visibility, listing> cut(job, visibility, cuts, spaces[threadIdx.x / 32], memory_of_warp(visibility, warp));
-    const TileOutcome outcome = cut.run(pixels, sums, tile * kTilePixels + threadIdx.x % 32, false);
+    const TileState known = cuts.state != nullptr && !Visibility::asks ? cuts.state[tile] : TileState{};
+    const unsigned left = known.for_crew & ~known.lit;
+    const TileRest rest = cut.run(pixels, sums, tile * kTilePixels + threadIdx.x % 32, ~(known.lit | left), 0);
     if (threadIdx.x % 32 == 0) {
-      if (outcome == TileOutcome::heavy) cuts.left.add(tile, cut.missed());
-      if (outcome == TileOutcome::missed) list.missed.add(tile);
+      if ((rest.heavy | left) != 0) cuts.left.add({tile, rest.heavy | left, rest.missed});
+      if (cuts.state != nullptr && !Visibility::asks) cuts.state[tile].for_crew |= rest.heavy & ~rest.missed;
+      if (rest.missed != 0 && !Visibility::asks) list.missed.add(tile);
       place = warps + atomicAdd(taken, 1u);
     }
     place = __shfl_sync(kAllLanes, place, 0);
   }
 }
 
-/// Some blocks a tile, for those that packet_kernel left; all blocks must be resident at once.
+/// Some blocks a tile, for what packet_kernel or smaller crews left; all blocks must be resident at once.
+/// @param queue           in which what is known to be too much is left as it is
 /// @param board, arrivals  as class Meeting wants them, for each crew
 template <class Visibility, bool listing>
 __global__ void __launch_bounds__(kTeam * 32, kCrewResident)
@@ -42,14 +47,20 @@ __global__ void __launch_bounds__(kTeam * 32, kCrewResident)
   const auto crew = blockIdx.x / static_cast<unsigned>(blocks), crews = gridDim.x / static_cast<unsigned>(blocks);
   Meeting meeting(board + crew * Meeting::board_words(static_cast<std::size_t>(blocks)), arrivals + crew, blocks,
                   static_cast<int>(blockIdx.x % static_cast<unsigned>(blocks)));
+  const bool remembers = cuts.state != nullptr && cuts.left.entries != nullptr && !Visibility::asks;
   const std::uint32_t count = *queue.count;
   for (std::uint32_t i = crew; i < count; i += crews) {
-    const std::uint32_t entry = queue.tiles[i], tile = entry & ~TileQueue::kMissed;
+    const TileQueue::Entry entry = queue.entries[i];
+    const unsigned left = remembers ? entry.todo & cuts.state[entry.tile].for_large_crew : 0u;
     TileCut<Visibility, listing, Crew::blocks> cut(job, visibility, cuts, space,
                                                    memory_of_block(visibility, blockIdx.x), &meeting);
-    const TileOutcome outcome =
-        cut.run(pixels, sums, tile * kTilePixels + threadIdx.x % 32, (entry & TileQueue::kMissed) != 0);
-    if (meeting.rank() == 0 && threadIdx.x == 0 && outcome == TileOutcome::missed) missed.add(tile);
+    const TileRest rest =
+        cut.run(pixels, sums, entry.tile * kTilePixels + threadIdx.x % 32, entry.todo & ~left, entry.missed);
+    if (meeting.rank() == 0 && threadIdx.x == 0) {
+      if ((rest.heavy | left) != 0) cuts.left.add({entry.tile, rest.heavy | left, entry.missed | rest.missed});
+      if (remembers) cuts.state[entry.tile].for_large_crew |= rest.heavy & ~rest.missed;
+      if (rest.missed != 0 && entry.missed == 0 && !Visibility::asks) missed.add(entry.tile);
+    }
     __syncthreads();
   }
 }
@@ -64,37 +75,44 @@ void start_packets(Device& device, const Visibility& see, const PixelView& pixel
   int resident = 0;
   check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&resident, crew, kTeam * 32, 0), "planning a cut");
 
-  DeviceBuffer<std::uint32_t> left(device, list.count), counts(device, 2);
+  DeviceBuffer<TileQueue::Entry> entries(device, 2 * std::size_t{list.count});
+  DeviceBuffer<std::uint32_t> counts(device, 3);
   counts.fill_bytes(0);
+  const TileQueue for_crew{entries.data(), counts.data()},
+      for_large_crew{entries.data() + list.count, counts.data() + 1};
   CutView view = cuts;
-  if (resident > 0) view.left = {left.data(), counts.data()};
+  if (resident > 0) view.left = for_crew;
   // Where each warp has memory, only as many as can run at the same time are started.
   std::uint32_t starting = (list.count + kCutWarps - 1) / kCutWarps;
   if (Visibility::traces) starting = std::min(starting, static_cast<std::uint32_t>(kCutBlocks * multiprocessors));
   packet_kernel<Visibility, listing>
-      <<<starting, kCutThreads, 0, device.stream()>>>(see, pixels, job, list, sums, view, counts.data() + 1);
+      <<<starting, kCutThreads, 0, device.stream()>>>(see, pixels, job, list, sums, view, counts.data() + 2);
   check(cudaGetLastError(), "cutting light trees");
 
   if (resident == 0) return;
   const int at_once = std::min(resident, kCrewResident) * multiprocessors;
-  int blocks = std::min(Visibility::crew_blocks, at_once);
-  const int crews = at_once / blocks;
-  DeviceBuffer<unsigned long long> board(device, crews * Meeting::board_words(static_cast<std::size_t>(blocks)));
-  DeviceBuffer<unsigned> arrivals(device, static_cast<std::size_t>(crews));
-  arrivals.fill_bytes(0);
-  unsigned long long* boards = board.data();
-  unsigned* arrived = arrivals.data();
-  TileQueue queue = view.left;
-  view.left = {};
-  Visibility seen = see;
-  PixelView pixel_view = pixels;
-  CutJob cut_job = job;
-  MissedList missed = list.missed;
-  SumView sum_view = sums;
-  void* arguments[] = {&seen, &pixel_view, &cut_job, &queue, &missed, &sum_view, &view, &blocks, &boards, &arrived};
-  check(cudaLaunchCooperativeKernel(crew, dim3(static_cast<unsigned>(crews * blocks)), dim3(kTeam * 32), arguments, 0,
-                                    device.stream()),
-        "cutting light trees");
+  const auto start_crews = [&](int blocks, TileQueue queue, const TileQueue& left) {
+    blocks = std::min(blocks, at_once);
+    const int crews = at_once / blocks;
+    DeviceBuffer<unsigned long long> board(device, crews * Meeting::board_words(static_cast<std::size_t>(blocks)));
+    DeviceBuffer<unsigned> arrivals(device, static_cast<std::size_t>(crews));
+    arrivals.fill_bytes(0);
+    unsigned long long* boards = board.data();
+    unsigned* arrived = arrivals.data();
+    view.left = left;
+    Visibility seen = see;
+    PixelView pixel_view = pixels;
+    CutJob crew_job = job;
+    crew_job.heavy_work *= kCrewShare;
+    MissedList missed = list.missed;
+    SumView sum_view = sums;
+    void* arguments[] = {&seen, &pixel_view, &crew_job, &queue, &missed, &sum_view, &view, &blocks, &boards, &arrived};
+    check(cudaLaunchCooperativeKernel(crew, dim3(static_cast<unsigned>(crews * blocks)), dim3(kTeam * 32), arguments, 0,
+                                      device.stream()),
+          "cutting light trees");
+  };
+  start_crews(kCrew, for_crew, for_large_crew);
+  start_crews(kLargeCrew, for_large_crew, {});
 }
 
 /// As cut_by_packets without shadow rays, and lists the nodes: for tests.

@@ -30,28 +30,37 @@ struct CutListing {
   bool own_cuts = false;  ///< as where looking at a light is dear
 };
 
-/// Tiles to be lit by a crew, in no order; with a mark where the warp already missed maps.
+/// Tiles of which groups of pixels are to be lit by a crew, in no order.
 struct TileQueue {
-  static constexpr std::uint32_t kMissed = 1u << 31;
-
-  std::uint32_t* tiles = nullptr;  ///< with room for all
+  struct Entry {
+    std::uint32_t tile, todo,
+        missed;  ///< the groups' pixels, and those of groups that miss maps, of which the list knows
+  };
+  Entry* entries = nullptr;  ///< with room for all
   std::uint32_t* count = nullptr;
 #if defined(__CUDACC__)
-  __device__ void add(std::uint32_t tile, bool missed) const {
-    tiles[atomicAdd(count, 1u)] = tile | (missed ? kMissed : 0u);
-  }
+  __device__ void add(const Entry& entry) const { entries[atomicAdd(count, 1u)] = entry; }
 #endif
+};
+
+/// What earlier rounds found out about a tile, a bit a pixel.
+struct TileState {
+  std::uint32_t lit = 0;             ///< done, to be left alone
+  std::uint32_t for_crew = 0;        ///< of groups that are too much for a warp
+  std::uint32_t for_large_crew = 0;  ///< of those too much for a crew
 };
 
 /// What a cut leaves of each pixel, beside SumView.
 struct CutView {
-  std::uint32_t* size;          ///< nodes; 0 where nothing is seen
-  float* bound;                 ///< largest bound of a node relative to the pixel's total
-  std::uint8_t* at_limit;       ///< the largest cut came before the promised bound
-  CutCounts* counts;            ///< null: not wanted
-  std::uint32_t* used[kKinds];  ///< a bit a light that represents a node of some cut; null: not wanted
-  CutListing listing = {};      ///< only without shadow rays
-  TileQueue left = {};          ///< for tiles that are left to a crew; without memory: none are left
+  std::uint32_t* size;            ///< nodes; 0 where nothing is seen
+  float* bound;                   ///< largest bound of a node relative to the pixel's total
+  std::uint8_t* at_limit;         ///< the largest cut came before the promised bound
+  CutCounts* counts;              ///< null: not wanted
+  std::uint32_t* used[kKinds];    ///< a bit a light that represents a node of some cut; null: not wanted
+  std::uint32_t* cost = nullptr;  ///< of each tile: what its dearest run took, in node tests; null: not wanted
+  TileState* state = nullptr;     ///< of each tile; null: all are to be lit, and in one round
+  CutListing listing = {};        ///< only without shadow rays
+  TileQueue left = {};            ///< for what is left to a crew, or a larger one; without memory: nothing is
 };
 
 /// Receives the numbers of what has to be lit again, for want of shadow maps; in no order.
@@ -76,6 +85,8 @@ struct TileList {
 
 /// CutJob::heavy_work by visibility: none; shadow rays; shadow maps.
 inline constexpr std::uint32_t kHeavyWork = 16384, kHeavyWorkByRays = 8192, kHeavyWorkByMaps = 8192;
+/// By how much more each block of a crew may do before the crew leaves a group to a larger one.
+inline constexpr std::uint32_t kCrewShare = 4;
 
 /// What cuts work on.
 struct CutJob {
@@ -84,8 +95,8 @@ struct CutJob {
   float min_distance = 0;  ///< clamp of the VPL singularity [m]
   float error = 0.02f;     ///< bound on each node relative to the pixel's total
   std::uint32_t max_cut = 0;
-  /// Node tests of a warp, a look at a light counting for some of them, after which a tile is left to a crew of blocks. Where
-  /// hardly any light arrives, cuts have very many nodes.
+  /// Node tests of a warp, a look at a light counting for some of them, after which a group of pixels is left to a crew of
+  /// blocks. Where hardly any light arrives, cuts have very many nodes.
   std::uint32_t heavy_work = kHeavyWork;
   /// What hides lights for certain, and the box around the scene; none without shadows.
   const Occluder* occluders = nullptr;
@@ -93,16 +104,37 @@ struct CutJob {
   Box scene_bounds = {};
 };
 
-/// Lights the pixels of the tiles [first, last) by cuts that groups of a warp's pixels share.
+/// An order of tiles in which none that takes long is among the last.
+///
+/// Costs are those of the picture before, or what earlier walks of this one found; without any, tiles stay as they are.
+class TileOrder {
+ public:
+  /// For a picture of so many tiles.
+  void begin(Device& device, std::uint32_t tiles);
+  /// CutView::cost, for kernels to write.
+  [[nodiscard]] std::uint32_t* cost() const { return now_.data(); }
+  /// The list with those tiles first that cost most, about; valid until the next call. Equally dear ones stay together, as
+  /// neighbours read the same nodes.
+  TileList sorted(Device& device, const TileList& list);
+  /// From here on costs of this picture count.
+  void use_this_picture() { known_ = now_.data(); }
+  /// Keeps this picture's costs for the next.
+  void end();
+
+ private:
+  DeviceBuffer<std::uint32_t> before_, now_, tiles_;
+  const std::uint32_t* known_ = nullptr;
+};
+
+/// Lights the pixels of tiles by cuts that groups of a warp's pixels share.
 ///
 /// The pixels of a tile that lie on one surface form a group. A warp walks the trees for a group with a node a lane,
 /// against the group's box, cone of normals and smallest threshold; nodes whose bound is small enough for all of its
 /// pixels go to a list, and when that is full each lane sums the list for its pixel. Thresholds come from an estimate of
 /// the pixels' totals by the trees' upper levels; pixels whose total then turns out too small for the largest bound walk
-/// again, so in the end the promise holds for each. Tiles that test very many nodes are left to several blocks, which share out
-/// the trees' parts. Sums are in a fixed order.
+/// again, so in the end the promise holds for each. Groups that test very many nodes are left to several blocks, which share out
+/// the trees' parts, and those that are too much for these to many. Sums are in a fixed order.
 void cut_by_packets(Device& device, const TracedScene& traced, const PixelView& pixels, const CutJob& job,
-                    bool shadow_rays, std::uint32_t first, std::uint32_t last, const SumView& sums,
-                    const CutView& cuts);
+                    bool shadow_rays, const TileList& tiles, const SumView& sums, const CutView& cuts);
 
 }  // namespace lightcuts::cuda

@@ -46,20 +46,21 @@ __device__ inline Ray shadow_ray_to(Vec3 from, const StagedLight& light) {
 // --- Ways to see lights ---
 //
 // `shadows`: looking at a light costs more than its bound. `own_cuts`: so much more that every pixel of a group tests the
-// nodes that the group as a whole refuses. `traces`: looks are counted as rays. `look_tests`: tests of nodes that take as long
-// as a look; `crew_blocks`: of a crew; `most_umbras`: of a group, each of which costs every test; `first_caution`: the first walk's
-// threshold relative to the estimate, all by measurement: where a walk costs little, or its rays are remembered, few nodes first tell the total better, for too low a
-// threshold cannot be taken back. `Group`: what is known of a group's pixels. `Staged`: what is read, and
-// seen, of a light once for all of them.
+// nodes that the group as a whole refuses. `traces`: looks are counted as rays. `asks`: walks once, to mark lights whose
+// maps are missing. `look_tests`: tests of nodes that take as long as a look; `most_umbras`: of a group, each of which
+// costs every test; `least_occluder`: what a polygon must weigh (see occluder_weight) to be worth that; `first_caution`: the
+// first walk's threshold relative to the estimate. All by measurement: where a walk costs little, or its rays are
+// remembered, few nodes first tell the total better, for too low a threshold cannot be taken back. `Group`: what is known of
+// a group's pixels. `Staged`: what is read, and seen, of a light once for all of them.
 //
 // share() says what arrives at a pixel: at `receiver`, whose exact position is `from`, the tile's `pixel`-th. Where rays are
 // traced only `from` counts.
 
 /// All light arrives.
 struct SeeAll {
-  static constexpr bool shadows = false, own_cuts = false, traces = false;
-  static constexpr int look_tests = 0, crew_blocks = 4, most_umbras = 0;
-  static constexpr float first_caution = 4;
+  static constexpr bool shadows = false, own_cuts = false, traces = false, asks = false;
+  static constexpr int look_tests = 0, most_umbras = 0;
+  static constexpr float first_caution = 4, least_occluder = 0;
   struct Group {};
   struct Staged {
     static constexpr float share = 1;
@@ -83,9 +84,9 @@ __device__ __noinline__ inline bool blocked(const DeviceTracer& tracer, const Ra
 
 /// Exact shadow rays.
 struct SeeByRays {
-  static constexpr bool shadows = true, own_cuts = true, traces = true;
-  static constexpr int look_tests = 1, crew_blocks = 4, most_umbras = 32;
-  static constexpr float first_caution = 16;
+  static constexpr bool shadows = true, own_cuts = true, traces = true, asks = false;
+  static constexpr int look_tests = 1, most_umbras = 32;
+  static constexpr float first_caution = 16, least_occluder = 0;
   struct Group {};
   struct Staged {
     static constexpr float share = -1;

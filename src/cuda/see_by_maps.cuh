@@ -11,9 +11,9 @@ namespace lightcuts::cuda {
 /// @tparam Size  of maps, 0: as they say
 template <class Depth, int Size>
 struct SeeByMaps {
-  static constexpr bool shadows = true, own_cuts = false, traces = false;
-  static constexpr int look_tests = 2, crew_blocks = 2, most_umbras = 16;
-  static constexpr float first_caution = 0.9f;
+  static constexpr bool shadows = true, own_cuts = false, traces = false, asks = false;
+  static constexpr int look_tests = 2, most_umbras = 16;
+  static constexpr float first_caution = 0.9f, least_occluder = 0.03f;
   using Group = FlatReceivers;
   struct Staged {
     std::uint32_t slot;
@@ -72,11 +72,13 @@ struct SeeByMaps {
     return look_up<kind != directional_kind>(staged.slot, map, from, ng);
   }
 
- private:
+ protected:
   template <int kind>
   __device__ std::uint32_t slot_of(std::uint32_t light) const {
     return (kind == vpl_kind ? maps.vpl_slots : kind == point_kind ? maps.point_slots : maps.directional_slots)[light];
   }
+
+ private:
   __device__ const Depth* codes_of(std::uint32_t slot) const {
     const int size = Size > 0 ? Size : maps.size;
     return static_cast<const Depth*>(maps.codes) + static_cast<std::size_t>(slot) * (size * size);
@@ -84,6 +86,18 @@ struct SeeByMaps {
   template <bool paraboloid>
   __device__ float look_up(std::uint32_t slot, const MapRecord& map, Vec3 from, Vec3 ng) const {
     return look_up_map<Depth, paraboloid, Size>(map, to_map(map, from), ng, maps.size, codes_of(slot));
+  }
+};
+
+/// Walks with these look at nothing but the upper levels' lights: they only ask for maps.
+template <class Depth>
+struct AskForMaps : SeeByMaps<Depth, 0> {
+  static constexpr bool asks = true;
+  static constexpr float first_caution = 0.8f;
+
+  template <int kind>
+  __device__ void ask(std::uint32_t light) const {
+    if (this->template slot_of<kind>(light) == kNone) this->wanted.mark(kind, light);
   }
 };
 

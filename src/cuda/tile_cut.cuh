@@ -23,13 +23,23 @@ __device__ inline float group_bound(const ReceiverGroup<FastFloat>& group, const
 inline constexpr float kNextCaution = 0.98f;
 /// A threshold sinks at most by this factor from one walk to the next.
 inline constexpr float kLargestDrop = 16;
+/// By how much a first threshold is raised that made a walk long, for the estimate may be far too low, and by how much a crew's is
+/// from the start.
+inline constexpr float kDoubt = 16;
+/// By what the work for a crew is divided for that of a walk that is long.
+inline constexpr std::uint32_t kLongWalk = 4;
 /// Walks after which a threshold is 0: every light counts by itself, which keeps any promise.
 inline constexpr int kMostRounds = 16;
+/// Nodes that wait, for each block of a crew, from which on they are shared out.
+inline constexpr int kSharedNodes = 64;
 /// Groups of a tile; what is left over is a group by itself, however scattered.
 inline constexpr int kMostGroups = 4;
 
-/// What became of a tile: lit; left as too much for a warp; left because lights could not be looked at (maps missing).
-enum class TileOutcome : std::uint8_t { lit, heavy, missed };
+/// What is left of a tile, by pixels; all others that see something are lit.
+struct TileRest {
+  unsigned heavy = 0;   ///< of groups that are too much for the warp, or the crew
+  unsigned missed = 0;  ///< of groups whose lights could not all be looked at (maps missing), heavy ones too
+};
 
 /// Lights a tile's 32 pixels, one a lane of each warp of the crew.
 ///
@@ -38,7 +48,8 @@ enum class TileOutcome : std::uint8_t { lit, heavy, missed };
 template <class Visibility, bool listing = false, Crew crew = Crew::warp>
 class TileCut : TileLight<Visibility, crew> {
   using Base = TileLight<Visibility, crew>;
-  using Base::job_, Base::cuts_, Base::space_, Base::warp_, Base::lane_, Base::remembered_, Base::meeting_;
+  using Base::job_, Base::visibility_, Base::cuts_, Base::space_, Base::warp_, Base::lane_, Base::remembered_,
+      Base::meeting_;
   using Base::kOwnCuts, Base::kTeamed;
   using Base::light_, Base::lost_, Base::rays_, Base::pairs_, Base::heavy_, Base::missed_, Base::arrival_;
   using Base::receiver_, Base::position_, Base::weights_, Base::mine_, Base::ns, Base::ng, Base::total_of;
@@ -50,43 +61,62 @@ class TileCut : TileLight<Visibility, crew> {
                      const RememberedRays& remembered, Meeting* meeting = nullptr)
       : Base(job, visibility, cuts, space, remembered, meeting) {}
 
-  /// Whether some light could not be looked at.
-  [[nodiscard]] __device__ bool missed() const { return missed_; }
-
-  /// Nothing is written of a tile that is left.
-  /// @param missed  by the warp that left it: then it is walked only to find out which other maps will be missed
-  __device__ TileOutcome run(const PixelView& pixels, const SumView& sums, std::uint32_t slot, bool missed) {
-    missed_ = missed;
+  /// Lights the groups among the pixels `todo`, those that a crew finishes as it does, and so whatever became of others before.
+  /// Nothing is written of groups that are left.
+  /// @param missed  pixels of groups that miss lights: they are walked only to find out which others they will miss
+  __device__ TileRest run(const PixelView& pixels, const SumView& sums, std::uint32_t slot, unsigned todo,
+                          unsigned missed) {
     this->open_pixel(pixels, slot);
     tile_ = slot / kTilePixels;
-    const bool lit = mine_;
-    unsigned waiting = __ballot_sync(kAllLanes, lit);
+    const bool sees = mine_;
+    TileRest rest;
+    std::uint32_t cost = 0;
+    unsigned waiting = __ballot_sync(kAllLanes, sees), lit = 0;
     for (int number = 1; waiting != 0; ++number) {
       const unsigned group = number < kMostGroups ? like_first(waiting) : waiting;
       waiting &= ~group;
+      if ((group & todo) == 0) continue;
+      missed_ = (missed & group) != 0;
+      pairs_ = visits_ = looks_ = 0;
+      const std::uint32_t walks = walks_;
       light_group(group);
-      ++groups_;
-      if (heavy_) return TileOutcome::heavy;
+      cost += work();
+      if (missed_) rest.missed |= group;
+      if (heavy_) rest.heavy |= group;
+      if (missed_ || heavy_ || Visibility::asks) continue;
+      lit |= group;
+      if (cuts_.counts != nullptr) add_counts(walks_ - walks);
     }
-    if (missed_) return TileOutcome::missed;
-    if (cuts_.counts != nullptr) add_counts();
-    if (kTeamed && warp_ > 0) return TileOutcome::lit;
-    if (lit) {
+    if (cuts_.cost != nullptr && warp_ == 0 && lane_ == 0) {
+      if constexpr (kTeamed) cost *= static_cast<std::uint32_t>(meeting_->blocks());
+      cuts_.cost[tile_] = max_of(cuts_.cost[tile_], cost);
+    }
+    if (Visibility::asks || (kTeamed && warp_ > 0)) return rest;
+    if (!sees && !kTeamed) leave_cut(slot, 0, 0, false);
+    if ((lit >> lane_ & 1u) != 0) {
       sums.light[slot] += light_;
       sums.lost[slot] += lost_;
       sums.rays[slot] += rays_;
+      leave_cut(slot, size_, bound_, at_limit_);
     }
-    cuts_.size[slot] = lit ? size_ : 0;
-    cuts_.bound[slot] = bound_;
-    cuts_.at_limit[slot] = at_limit_ ? 1 : 0;
-    return TileOutcome::lit;
+    if (cuts_.state != nullptr && lane_ == 0) cuts_.state[tile_].lit |= lit;
+    return rest;
   }
 
  private:
-  /// Of what this warp has done; the tile is then left to a crew.
-  __device__ bool too_heavy() const {
-    return !kTeamed && cuts_.left.tiles != nullptr && visits_ + Visibility::look_tests * looks_ > job_.heavy_work;
+  __device__ void leave_cut(std::uint32_t slot, std::uint32_t size, float bound, bool at_limit) const {
+    cuts_.size[slot] = size;
+    cuts_.bound[slot] = bound;
+    cuts_.at_limit[slot] = at_limit ? 1 : 0;
   }
+
+  /// What was done for the group, in tests of nodes.
+  __device__ std::uint32_t work() const { return visits_ + Visibility::look_tests * looks_; }
+  /// So much that the group is left to a crew, or a larger one. The same for all warps of a block.
+  __device__ bool too_heavy() const { return cuts_.left.entries != nullptr && work() > job_.heavy_work; }
+
+  /// Whether a warp's first walk is long enough to doubt its threshold.
+  __device__ bool doubts() const { return !kTeamed && !certain_ && work() > job_.heavy_work / kLongWalk; }
 
   /// Waits for the others that share the space.
   __device__ static void meet() {
@@ -124,7 +154,7 @@ class TileCut : TileLight<Visibility, crew> {
       if constexpr (Visibility::traces) {
         remembered_.forget(kTeamed ? threadIdx.x : static_cast<std::uint32_t>(lane_), kTeamed ? kTeam * 32 : 32);
       }
-      if (!kTeamed || threadIdx.x < 32) space_.umbras.find(job_, box, lane_);
+      if (!kTeamed || threadIdx.x < 32) space_.umbras.find(job_, box, Visibility::least_occluder, lane_);
       meet();
     }
     if constexpr (Visibility::shadows) {
@@ -147,11 +177,21 @@ class TileCut : TileLight<Visibility, crew> {
       mine_ = (lanes >> lane_ & 1u) != 0;
       lanes_ = lanes;
       gather_group(lanes, round == 1);
-      if (round == 1) threshold = error * first_total(lanes);
+      if (round == 1) {
+        threshold = error * first_total(lanes) * (kTeamed && !Visibility::asks ? kDoubt : 1.0f);
+        certain_ = Visibility::asks;
+      }
       scale_ = demands(threshold);
       threshold_ = threshold;
       const bool limited = walk_until_it_fits();
-      if (heavy_) return;
+      if (heavy_ || Visibility::asks) return;
+      ++walks_;
+      if (doubts()) {
+        threshold *= kDoubt;
+        certain_ = true;
+        continue;
+      }
+      certain_ = true;
       const float seen = total_of(light_);
       // The bounds are in units of the smallest threshold, taken with the largest weight of each colour.
       const float bound = fmaxf(largest_bound_ * fit_scale_ * threshold, own_largest_);
@@ -163,7 +203,6 @@ class TileCut : TileLight<Visibility, crew> {
       }
       lanes = limited ? 0 : __ballot_sync(kAllLanes, mine_ && !kept);
       threshold = round >= kMostRounds ? 0 : fmaxf(kNextCaution * error * seen, threshold / kLargestDrop);
-      ++walks_;
     }
   }
 
@@ -238,21 +277,13 @@ class TileCut : TileLight<Visibility, crew> {
     if constexpr (kTeamed) join_crew();
   }
 
-  /// A single warp starts at the root, the blocks of a crew with their share of the parts that the tree was taken apart into.
   template <int kind>
   __device__ void walk_tree(bool counting) {
-    const TreeView& tree = job_.trees.kind[kind];
-    if (tree.leaf_count == 0) return;
-    if constexpr (!kTeamed) {
-      walk<kind>(counting);
+    if (job_.trees.kind[kind].leaf_count == 0) return;
+    if constexpr (kTeamed) {
+      walk_together<kind>(counting);
     } else {
-      const int blocks = meeting_->blocks(), own = static_cast<int>(threadIdx.x) * blocks + warp_ / kTeam;
-      const bool whole = job_.max_cut > 0;  // the parts alone may be more than a largest cut
-      const int parts = whole ? 1 : static_cast<int>(kTreeParts);
-      for (int first = 0; first < parts; first += kTeam * 32 * blocks) {
-        const int part = first + own;
-        walk_together<kind>(counting, part >= parts ? kNone : whole ? 0 : tree.parts[part]);
-      }
+      walk<kind>(counting);
     }
   }
 
@@ -277,6 +308,9 @@ class TileCut : TileLight<Visibility, crew> {
     bool looks = false;  ///< it may give light to pixels that take it
   };
 
+  /// Whether what is accepted now counts as this block's, and not as another's that does the same.
+  [[nodiscard]] __device__ bool ours() const { return !kTeamed || ours_; }
+
   template <int kind>
   __device__ Tested test(bool counting, std::uint32_t index, unsigned lanes) {
     const LightNode* const nodes = job_.trees.kind[kind].nodes;
@@ -292,7 +326,7 @@ class TileCut : TileLight<Visibility, crew> {
       if (shines && space_.umbras.template hide<kind>(node.box)) accepts = tested.splits = shines = false;
       if (accepts && !node.is_leaf()) largest_bound_ = fmaxf(largest_bound_, bound);
     }
-    count_found(__ballot_sync(kAllLanes, accepts), lanes);
+    if (ours()) count_found(__ballot_sync(kAllLanes, accepts), lanes);
     tested.taking = accepts ? lanes : 0;
     tested.lanes = lanes;
     if constexpr (kOwnCuts) {
@@ -302,10 +336,14 @@ class TileCut : TileLight<Visibility, crew> {
       tested.splits = tested.splits && tested.lanes != 0;
     }
     if constexpr (listing) {
-      if (!counting && tested.taking != 0) list(kind, index, tested.taking);
+      if (!counting && ours() && tested.taking != 0) list(kind, index, tested.taking);
     }
     // What cannot shine at any pixel of the group is in the cut, but needs no look.
-    tested.looks = !counting && tested.taking != 0 && shines;
+    tested.looks = !counting && ours() && tested.taking != 0 && shines;
+    if constexpr (Visibility::asks) {
+      if (tested.looks) visibility_.template ask<kind>(nodes[index].representative);
+      tested.looks = false;
+    }
     return tested;
   }
 
@@ -327,7 +365,7 @@ class TileCut : TileLight<Visibility, crew> {
       if (tested.splits) space_.stack[waiting + __popc(splitting & before)] = {tested.below, tested.lanes};
       waiting += __popc(splitting);
       __syncwarp();
-      const bool done = waiting == 0 || too_heavy();
+      const bool done = waiting == 0 || too_heavy() || doubts();
       if (done || chosen > Space::kChosen - 32) {
         this->template sum_chosen<kind>(chosen, 0, 32);
         looks_ += static_cast<std::uint32_t>(chosen);
@@ -342,14 +380,36 @@ class TileCut : TileLight<Visibility, crew> {
 
   /// All warps of a block share what waits and what was chosen, so all have as much to do; places are given in the order of
   /// threads, so that sums are always the same.
+  ///
+  /// All blocks of a crew begin with the same steps, from the parts that the tree was taken apart into: what is accepted then
+  /// counts as the first one's. Once enough nodes wait they are shared out: parts themselves would not do, as what is
+  /// dear to a group lies in few of them, those next to it.
   template <int kind>
-  __device__ void walk_together(bool counting, std::uint32_t index) {
+  __device__ void walk_together(bool counting) {
     const unsigned before = (1u << lane_) - 1;
-    const int warp = static_cast<int>(threadIdx.x / 32);
-    int waiting = 0, chosen = 0;
+    const int thread = static_cast<int>(threadIdx.x), warp = thread / 32, blocks = meeting_->blocks();
+    const bool whole = job_.max_cut > 0;  // the parts alone may be more than a largest cut
+    const int parts = whole ? 1 : static_cast<int>(kTreeParts);
+    const std::uint32_t* const part = job_.trees.kind[kind].parts;
+    bool shared = blocks == 1;
+    ours_ = shared || meeting_->rank() == 0;
+    int begun = 0, waiting = 0, chosen = 0;
+    int gone = 0;  // nodes below those that wait, while all blocks do the same
+    std::uint32_t index = kNone;
     unsigned lanes = lanes_;
-    visits_ += static_cast<std::uint32_t>(__syncthreads_count(index != kNone ? 1 : 0));
     for (int step = 0;; ++step) {
+      if (begun < parts) {
+        index = whole ? (thread == 0 ? 0 : kNone) : part[begun + thread];
+        lanes = lanes_;
+        begun += kTeam * 32;
+        visits_ += static_cast<std::uint32_t>(__syncthreads_count(index != kNone ? 1 : 0));
+      } else if (shared) {
+        visits_ += 2 * static_cast<std::uint32_t>(takes(waiting));
+        index = take<kind>(waiting, lanes);
+      } else {
+        visits_ += 2 * static_cast<std::uint32_t>(min_of(waiting, kTeam * 16));
+        index = take_first(gone, waiting, lanes);
+      }
       const Tested tested = test<kind>(counting, index, lanes);
       const unsigned splitting = __ballot_sync(kAllLanes, tested.splits),
                      looking = __ballot_sync(kAllLanes, tested.looks);
@@ -364,8 +424,8 @@ class TileCut : TileLight<Visibility, crew> {
       const std::uint32_t all = __shfl_sync(kAllLanes, upto, kTeam - 1);
       const std::uint32_t others = __shfl_sync(kAllLanes, upto, warp) - found[warp];
       if (tested.splits) {
-        space_.stack[waiting + static_cast<int>(others & 0xffffu) + __popc(splitting & before)] = {tested.below,
-                                                                                                   tested.lanes};
+        space_.stack[gone + waiting + static_cast<int>(others & 0xffffu) + __popc(splitting & before)] = {tested.below,
+                                                                                                          tested.lanes};
       }
       if (tested.looks) {
         space_.chosen[chosen + static_cast<int>(others >> 16) + __popc(looking & before)] = {index, tested.taking};
@@ -373,17 +433,50 @@ class TileCut : TileLight<Visibility, crew> {
       waiting += static_cast<int>(all & 0xffffu);
       chosen += static_cast<int>(all >> 16);
       __syncthreads();
-      const bool done = waiting == 0;
+      const bool full = gone + waiting > Space::kStack - 32 * kTeam;
+      if (!shared && begun >= parts && (waiting >= kSharedNodes * blocks || full)) {
+        waiting = keep_share(gone, waiting);
+        shared = ours_ = true;
+        gone = 0;
+      }
+      const bool done = (waiting == 0 && begun >= parts) || too_heavy();
       if (done || chosen > Space::kChosen - 32 * kTeam) {
         this->template sum_chosen<kind>(chosen, 32 * warp, 32 * kTeam);
         looks_ += static_cast<std::uint32_t>(chosen);
         chosen = 0;
       }
       if (done) break;
-      visits_ += 2 * static_cast<std::uint32_t>(takes(waiting));
-      index = take<kind>(waiting, lanes);
     }
     __syncthreads();
+  }
+
+  /// Takes the nodes that were found first: this thread's child of one of them, or kNone.
+  __device__ std::uint32_t take_first(int& gone, int& waiting, unsigned& lanes) const {
+    const int taken = min_of(waiting, kTeam * 16), thread = static_cast<int>(threadIdx.x);
+    std::uint32_t index = kNone;
+    if (thread < 2 * taken) {
+      const PixelsNode node = space_.stack[gone + thread / 2];
+      index = node.index + static_cast<std::uint32_t>(thread % 2);
+      lanes = node.lanes;
+    }
+    gone += taken;
+    waiting -= taken;
+    return index;
+  }
+
+  /// Keeps every so manieth of the nodes that wait, at the stack's begin, and leaves the others to the crew's other blocks;
+  /// returns how many.
+  __device__ int keep_share(int gone, int waiting) const {
+    const int step = meeting_->blocks(), kept = (waiting - meeting_->rank() + step - 1) / step;
+    for (int done = 0; done < kept; done += kTeam * 32) {
+      const int place = done + static_cast<int>(threadIdx.x);
+      PixelsNode node{};
+      if (place < kept) node = space_.stack[gone + meeting_->rank() + place * step];
+      __syncthreads();
+      if (place < kept) space_.stack[place] = node;
+      __syncthreads();
+    }
+    return kept;
   }
 
   /// Of so many nodes that wait, those that are gone below in one step.
@@ -430,7 +523,7 @@ class TileCut : TileLight<Visibility, crew> {
       const float bound = own_bound<kind>(nodes[node_index]);
       const bool accepts = (concerned >> lane_ & 1u) != 0 && bound <= threshold_ * fit_scale_;
       if (accepts) {
-        ++found_;
+        if (ours()) ++found_;
         own_largest_ = fmaxf(own_largest_, bound);
       }
       const unsigned accepting = __ballot_sync(kAllLanes, accepts);
@@ -466,17 +559,21 @@ class TileCut : TileLight<Visibility, crew> {
   __device__ void list(int kind, std::uint32_t node, unsigned lanes) const {
     const std::uint32_t place = atomicAdd(cuts_.listing.count, 1u);
     if (place >= cuts_.listing.capacity) return;
-    cuts_.listing.nodes[place] = {tile_, walks_ + 1000 * static_cast<std::uint32_t>(crew), lanes,
-                                  static_cast<std::uint32_t>(kind), node};
+    const std::uint32_t who = !kTeamed ? 0 : cuts_.left.entries != nullptr ? 1 : 2;  // each after those before
+    cuts_.listing.nodes[place] = {tile_, walks_ + 1000 * who, lanes, static_cast<std::uint32_t>(kind), node};
   }
 
-  __device__ void add_counts() {
-    atomicAdd(&cuts_.counts->pairs, static_cast<unsigned long long>(pairs_));
-    if (lane_ != 0 || (kTeamed && threadIdx.x != 0)) return;
+  /// Of a group.
+  __device__ void add_counts(std::uint32_t walks) const {
+    std::uint32_t pairs = pairs_;
+    for (int step = 16; step > 0; step /= 2) pairs += __shfl_xor_sync(kAllLanes, pairs, step);
+    if (lane_ != 0) return;
+    atomicAdd(&cuts_.counts->pairs, static_cast<unsigned long long>(pairs));
+    if (kTeamed && threadIdx.x != 0) return;
     atomicAdd(&cuts_.counts->visits, static_cast<unsigned long long>(visits_));
     if (warp_ != 0) return;
-    atomicAdd(&cuts_.counts->walks, static_cast<unsigned long long>(walks_));
-    atomicAdd(&cuts_.counts->groups, static_cast<unsigned long long>(groups_));
+    atomicAdd(&cuts_.counts->walks, static_cast<unsigned long long>(walks));
+    atomicAdd(&cuts_.counts->groups, 1ull);
   }
 
   // This lane's pixel.
@@ -493,9 +590,12 @@ class TileCut : TileLight<Visibility, crew> {
   float threshold_ = 0;      ///< the pixel's
   std::uint32_t found_ = 0;
   unsigned lanes_ = 0;
+  bool ours_ = true;
+  bool certain_ = false;  ///< a walk told the total, or its threshold was raised
 
   std::uint32_t tile_ = 0;
-  std::uint32_t visits_ = 0, looks_ = 0, walks_ = 0, groups_ = 0;
+  std::uint32_t visits_ = 0, looks_ = 0;  ///< of the group
+  std::uint32_t walks_ = 0;
 };
 
 }  // namespace lightcuts::cuda

@@ -157,11 +157,14 @@ class TileLight {
   __device__ CrewPart add_up(const CrewPart& own) {
     __syncwarp();
     *part_of(stage_) = own;
-    missed_ = __syncthreads_or(missed_ ? 1 : 0) != 0;
+    CrewFlags flags{__syncthreads_or(missed_ ? 1 : 0) != 0, heavy_};
     CrewPart sum;
     for (int w = 0; w < kTeam; ++w) sum.add(*part_of(space_.stages[w]));
     __syncthreads();
-    return meeting_->add_up(sum, missed_);
+    sum = meeting_->add_up(sum, flags);
+    missed_ = flags.missed;
+    heavy_ = flags.heavy;
+    return sum;
   }
 
   __device__ CrewPart* part_of(WarpStage<Visibility>& stage) const {
@@ -375,7 +378,7 @@ class TileLight {
   float block_lost_ = 0;
   std::uint32_t rays_ = 0, pairs_ = 0;
 
-  bool heavy_ = false;   ///< too much for one warp
+  bool heavy_ = false;   ///< too much for the warp, or the crew
   bool missed_ = false;  ///< some light could not be looked at: what follows shows which else there will be
   float arrival_ = 1;    ///< share of the light that arrives at the tile, about
 };

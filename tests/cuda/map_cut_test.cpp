@@ -260,7 +260,9 @@ TEST_F(OnDevice, CutsByMapsKeepTheirPromiseAgainstTheShadowedTotal) {
     constexpr std::uint32_t kMostListed = 4'000'000;
     const DeviceBuffer<ListedNode> listed(*device, kMostListed);
     auto listed_count = cleared<std::uint32_t>(*device, 1);
-    CutView view{size.data(), bound.data(), at_limit.data(), nullptr, {}, {}};
+    const auto state = cleared<TileState>(*device, at.tiles());
+    CutView view{size.data(), bound.data(), at_limit.data(), nullptr, {}};
+    view.state = state.data();
     view.listing = {listed.data(), listed_count.data(), kMostListed, false};
     const CutJob job{sent_trees.view(), arrays_of_lights, kMinDistance, kError, 0, heavy_work};
     const PixelView pixels{position.data(), ns.data(), ng.data(), albedo.data(), nullptr, nullptr};
@@ -269,7 +271,7 @@ TEST_F(OnDevice, CutsByMapsKeepTheirPromiseAgainstTheShadowedTotal) {
     std::vector<ListedNode> nodes;
     std::uint64_t rounds = 0;
     const auto light_units = [&](const UnitList& list, const MissedList& missed) {
-      // Of a tile that misses a map what was listed does not count: keep what this round lists of those it lights.
+      // Of a group that misses a map what was listed does not count: a later round lists it again.
       listed_count.fill_bytes(0);
       cut_by_packets(*device, maps.view(), maps.wanted(), maps.table(), pixels, job,
                      {list.units, 0, list.count, missed}, sums, view);
@@ -277,18 +279,19 @@ TEST_F(OnDevice, CutsByMapsKeepTheirPromiseAgainstTheShadowedTotal) {
       EXPECT_LT(found, kMostListed);
       std::vector<ListedNode> now(found);
       listed.download(now.data(), found);
-      std::vector<std::uint8_t> renewed(at.tiles(), 0);
-      for (const ListedNode& node : now) renewed[node.tile] = 1;
-      std::erase_if(nodes, [&](const ListedNode& node) { return renewed[node.tile] != 0; });
+      std::vector<std::uint32_t> renewed(at.tiles(), 0);
+      for (const ListedNode& node : now) renewed[node.tile] |= node.lanes;
+      for (ListedNode& node : nodes) node.lanes &= ~renewed[node.tile];
+      std::erase_if(nodes, [&](const ListedNode& node) { return node.lanes == 0; });
       nodes.insert(nodes.end(), now.begin(), now.end());
       return true;
     };
     const auto look_up = [&](std::uint32_t tile, int kind, const std::uint32_t* ids, std::uint32_t count,
-                             std::uint8_t* fifths) {
-      look_up_tile(*device, maps.view(), pixels, arrays_of_lights, tile, kind, ids, count, fifths);
+                             std::uint8_t* shares) {
+      look_up_tile(*device, maps.view(), pixels, arrays_of_lights, tile, kind, ids, count, shares);
     };
     ASSERT_TRUE(light_in_rounds(
-        *device, maps, job.trees, at.tiles(), 1, light_units, look_up, [](double) { return true; }, rounds));
+        *device, maps, job.trees, at.tiles(), 1, {light_units, look_up}, [](double) { return true; }, rounds));
     const std::vector<test::CutNodes> cuts = last_walks(nodes, n);
     const FetchedMaps fetched(maps, lights);
     const auto bounds_found = fetch(bound);

@@ -19,13 +19,14 @@ struct LightTreeBuild {
   MetricScale scale;
   std::uint64_t seed = 1;
   std::uint32_t radius = 8;         ///< neighbours searched to each side, at most kLargestPlocRadius
-  std::uint32_t upper_radius = 16;  ///< the same, among the few clusters of later passes
+  std::uint32_t upper_radius = 12;  ///< the same, among the few clusters of later passes
   LightKeyLayout layout;
 };
 
 namespace detail {
 
-/// Executors that merge a pass's tiles in a launch of their own, as MergeTile does, to the bit.
+/// Executors that merge in launches of their own: merge_leaves(make_leaves, pass) makes the leaves and does the first
+/// pass, merge_tiles(pass) does another one, as MakeLeaves and MergeTile do, to the bit.
 template <class Exec>
 concept MergesTiles = requires(Exec& exec, const TilePass& pass) {
   exec.merge_tiles(pass);
@@ -77,21 +78,26 @@ BuiltLightTree<Exec> build_light_tree(Exec& exec, const Light* lights, std::uint
   const NodesMaking making{by_id.data(),  more.data(),    parents.data(), children.data(),
                            options.scale, summary.data(), options.seed,   count};
   auto root = exec.template allocate<TreeRoot>(1);
+  const KeyPacking packing = pack_keys(count);
   {
-    const KeyPacking packing = pack_keys(count);
     auto keys = exec.template allocate<std::uint64_t>(count);
     exec.for_each(count, KeyLights<Light>{lights, summary.data(), options.layout, packing, keys.data()});
     exec.sort_words(keys, packing.index_bits, packing.index_bits + packing.key_bits);
-    exec.for_each(count, MakeLeaves<Light>{lights, keys.data(), packing, making});
+    const MakeLeaves<Light> make_leaves{lights, keys.data(), packing, making};
+    for_each_tile_pass(exec, making, radius, upper_radius, root.data(), [&](const TilePass& pass) {
+      if constexpr (MergesTiles<Exec>) {
+        if (pass.from == nullptr) {
+          exec.merge_leaves(make_leaves, pass);
+        } else {
+          exec.merge_tiles(pass);
+        }
+      } else {
+        if (pass.from == nullptr) exec.for_each(count, make_leaves);
+        exec.for_each(pass.tile_count, MergeTile(pass));
+      }
+    });
   }
   tree.storage = exec.template allocate<LightNode>(std::size_t{node_count} + 1);
-  for_each_tile_pass(exec, making, radius, upper_radius, root.data(), [&](const TilePass& pass) {
-    if constexpr (MergesTiles<Exec>) {
-      exec.merge_tiles(pass);
-    } else {
-      exec.for_each(pass.tile_count, MergeTile(pass));
-    }
-  });
   if (count == 1) {
     exec.for_each(1, PlaceLeaf{making, tree.storage.data() + 1});
     tree.depth = 1;

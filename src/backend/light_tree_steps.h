@@ -66,10 +66,11 @@ struct MakeLeaves {
   const std::uint64_t* keys;
   KeyPacking packing;
   NodesMaking making;
-  LC_KERNEL void operator()(std::uint32_t i) const {
+  [[nodiscard]] LC_KERNEL LightNode leaf(std::uint32_t i) const {
     const auto light = static_cast<std::uint32_t>(keys[i] & ((std::uint64_t{1} << packing.index_bits) - 1));
-    making.nodes[i] = leaf_of(lights[light], light);
+    return leaf_of(lights[light], light);
   }
+  LC_KERNEL void operator()(std::uint32_t i) const { making.nodes[i] = leaf(i); }
 };
 
 // --- The order in memory ---

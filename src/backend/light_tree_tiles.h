@@ -9,17 +9,16 @@
 namespace lightcuts::detail {
 
 // How build_light_tree.h merges clusters: tile by tile along the curve. A tile is few enough clusters for a block of a GPU
-// to hold them all; it merges its own in rounds of locally ordered clustering until a sixteenth is left, and asks nobody.
-// Sixteen neighbouring tiles' clusters are a tile of the next pass, and so on, until one tile is left, which becomes the
-// root. So clusters at a tile's edge find no partner beyond it, but only for one pass; cuts grow by hardly 1 %
+// to hold them all; it merges its own in rounds of locally ordered clustering until 16 are left, and asks nobody. What
+// neighbouring tiles left is a tile of the next pass, and so on, until one tile is left, which becomes the root. So clusters at a tile's edge find no partner beyond it, but only for one pass; cuts grow by hardly 1 %
 // (docs/results/gpu.md), and nothing waits for the number of clusters that are left elsewhere.
 //
 // Every cluster has the name of one of its leaves: a leaf its own, a merged one that of its lower part. The other part's
 // name is no longer used, and says the merged node's id: leaf_count - 1 + name. So ids need no counting.
 
-inline constexpr std::uint32_t kTileClusters = 256;  ///< at most
-inline constexpr std::uint32_t kTileLeaves = 16;     ///< clusters at most that a tile leaves to the next pass
-inline constexpr std::uint32_t kTilesJoined = kTileClusters / kTileLeaves;
+inline constexpr std::uint32_t kLeafTile = 256, kUpperTile = 512;  ///< clusters at most, in the first pass and later
+inline constexpr std::uint32_t kTileLeaves = 16;                   ///< that a tile leaves at most to the next pass
+inline constexpr std::uint32_t kTilesJoined = kUpperTile / kTileLeaves;
 
 /// So few clusters look at all others.
 inline constexpr std::uint32_t kSearchAllBelow = kLargestPlocRadius + 1;
@@ -49,7 +48,7 @@ void for_each_tile_pass(Exec& exec, const NodesMaking& making, std::uint32_t rad
                         TreeRoot* root, const Merge& merge) {
   const auto tiles_of = [](std::uint32_t n, std::uint32_t each) { return n / each + (n % each != 0 ? 1 : 0); };
   TilePass pass{making, nullptr, nullptr, nullptr, nullptr, root, making.leaf_count, radius, 0};
-  pass.tile_count = tiles_of(making.leaf_count, kTileClusters);
+  pass.tile_count = tiles_of(making.leaf_count, kLeafTile);
   auto clusters = exec.template allocate<LiveCluster>(std::size_t{2} * kTileLeaves * pass.tile_count);
   auto counts = exec.template allocate<std::uint32_t>(std::size_t{2} * pass.tile_count);
   const std::size_t half = pass.tile_count;
@@ -166,9 +165,9 @@ class MergeTile {
  private:
   struct Tile {
     std::uint32_t live = 0;
-    LiveCluster of[kTileClusters];
-    SizedCluster clusters[kTileClusters];
-    std::int32_t offset[kTileClusters];
+    LiveCluster of[kUpperTile];
+    SizedCluster clusters[kUpperTile];
+    std::int32_t offset[kUpperTile];
   };
 
   void add(Tile& t, LiveCluster one) const {
@@ -178,7 +177,7 @@ class MergeTile {
 
   void load(std::uint32_t tile, Tile& t) const {
     if (pass_.from == nullptr) {
-      const std::uint32_t begin = tile * kTileClusters, end = min_of(begin + kTileClusters, pass_.count);
+      const std::uint32_t begin = tile * kLeafTile, end = min_of(begin + kLeafTile, pass_.count);
       for (std::uint32_t i = begin; i < end; ++i) add(t, {i, i});
       return;
     }
@@ -190,7 +189,7 @@ class MergeTile {
 
   /// How far up or down the array each cluster's best partner is.
   void choose(Tile& t) const {
-    float up[kTileClusters], down[kTileClusters];
+    float up[kUpperTile], down[kUpperTile];
     for (std::uint32_t i = 0; i < t.live; ++i) up[i] = down[i] = kInfinity;
     const std::uint32_t radius = t.live <= kSearchAllBelow ? kLargestPlocRadius : pass_.radius;
     for (std::uint32_t i = 0; i < t.live; ++i) {
@@ -206,7 +205,7 @@ class MergeTile {
   /// Merges those that chose each other, and closes the gaps.
   void merge(Tile& t) const {
     const std::uint32_t count = t.live;
-    std::int32_t offset[kTileClusters];
+    std::int32_t offset[kUpperTile];
     for (std::uint32_t i = 0; i < count; ++i) offset[i] = t.offset[i];
     t.live = 0;
     for (std::uint32_t i = 0; i < count; ++i) {

@@ -5,7 +5,6 @@
 
 #include "cuda/staged_light.cuh"
 #include "cuda/tree_rounds.cuh"
-#include "cuda/warp.cuh"
 #include "lightcuts/error.h"
 
 namespace lightcuts::cuda {
@@ -23,78 +22,78 @@ __device__ inline std::uint32_t warp_most(std::uint32_t v) {
 #endif
 }
 
-/// What a split asks of a node's child. It is fetched as soon as its parent is known.
-struct Fetched {
-  Vec3 intensity;
-  std::uint32_t first_child;
+/// A place in the list of an upper level's nodes.
+struct FrontierSlot {
+  std::uint32_t node, first_child;
+  /// Bits of a power that is not negative are in its order; 0: a leaf, or an empty place. One is added, so that dark
+  /// clusters split too, the brightest first all the same.
+  std::uint32_t order;
+
+  __device__ void set(const LightNode* nodes, std::uint32_t of) {
+    node = of;
+    first_child = nodes[of].first_child;
+    order = first_child == kNone ? 0 : __float_as_uint(max_of(luminance(nodes[of].intensity), 0.0f)) + 1;
+  }
 };
 
-__device__ inline Fetched fetch(const LightNode& node) { return {node.intensity, node.first_child}; }
-
-/// Bits of a power that is not negative are in its order; 0: a leaf, or an empty place. One is added, so that dark clusters
-/// split too, the brightest first all the same.
-__device__ inline std::uint32_t split_order(const Fetched& node) {
-  return node.first_child == kNone ? 0 : __float_as_uint(max_of(luminance(node.intensity), 0.0f)) + 1;
+/// Of these slots, how many others split before `slot`: brighter ones, or equal ones further down.
+__device__ inline std::uint32_t rank_of(const FrontierSlot* slots, std::uint32_t count, std::uint32_t slot) {
+  std::uint32_t rank = 0;
+  for (std::uint32_t k = 0; k < count; ++k) {
+    if (slots[k].order > slots[slot].order || (slots[k].order == slots[slot].order && k < slot)) ++rank;
+  }
+  return rank;
 }
 
-__device__ inline Fetched fetched_by(const Fetched& f, int lane) {
-  return {from_lane(f.intensity, lane), __shfl_sync(~0u, f.first_child, lane)};
-}
-
-/// One warp finds the nodes of an upper level, the brightest split first, and stages their representatives.
+/// One warp finds the nodes of an upper level and stages their representatives. The brightest are split first; those at
+/// least half as bright as the brightest at once, for each split waits for memory.
 template <int kind>
 __device__ void find_frontier(const LightNode* nodes, LightArrays lights, std::uint32_t wanted, StagedLight* frontier) {
+  constexpr std::uint32_t kHalf = 1u << 23;  // of the bits of a float: an exponent less
   const auto lane = static_cast<std::uint32_t>(threadIdx.x);
-  // Slot s * kWarp + lane.
-  std::uint32_t index[kSlots], child[kSlots], order[kSlots];
-  Fetched children[kSlots][2] = {};
-#pragma unroll
-  for (int s = 0; s < kSlots; ++s) {
-    index[s] = child[s] = kNone;
-    order[s] = 0;
-  }
-  const auto put = [&](std::uint32_t slot, std::uint32_t node, const Fetched& fetched) {
-#pragma unroll
-    for (int s = 0; s < kSlots; ++s) {
-      if (slot / kWarp != static_cast<std::uint32_t>(s)) continue;
-      index[s] = node;
-      child[s] = fetched.first_child;
-      order[s] = split_order(fetched);
-      if (child[s] == kNone) continue;
-      children[s][0] = fetch(nodes[child[s]]);
-      children[s][1] = fetch(nodes[child[s] + 1]);
-    }
-  };
-  if (lane == 0) put(0, 0, fetch(nodes[0]));
-  for (std::uint32_t count = 1; count < wanted; ++count) {
-    // The brightest one; of equal ones that in the lowest slot.
+  __shared__ FrontierSlot slots[kFrontierSize];
+  if (lane == 0) slots[0].set(nodes, 0);
+  __syncwarp();
+  std::uint32_t count = 1;
+  while (count < wanted) {
     std::uint32_t most = 0;
-#pragma unroll
-    for (int s = 0; s < kSlots; ++s) most = max_of(most, order[s]);
+    for (std::uint32_t k = lane; k < count; k += kWarp) most = max_of(most, slots[k].order);
     most = warp_most(most);
     if (most == 0) break;  // leaves alone
-    std::uint32_t slot = kNone, first = kNone;
-    Fetched two[2];
+    const std::uint32_t least = most > kHalf ? most - kHalf : 1, room = wanted - count;
+    bool bright[kSlots];
+    std::uint32_t place[kSlots], candidates = 0, before = count;
 #pragma unroll
     for (int s = 0; s < kSlots; ++s) {
-      const std::uint32_t owners = __ballot_sync(~0u, order[s] == most);
-      if (owners == 0 || slot != kNone) continue;
-      const int owner = __ffs(static_cast<int>(owners)) - 1;
-      slot = static_cast<std::uint32_t>(s * kWarp + owner);
-      first = __shfl_sync(~0u, child[s], owner);
-      two[0] = fetched_by(children[s][0], owner);
-      two[1] = fetched_by(children[s][1], owner);
+      const std::uint32_t slot = static_cast<std::uint32_t>(s * kWarp) + lane;
+      bright[s] = slot < count && slots[slot].order >= least;
+      candidates += static_cast<std::uint32_t>(__popc(__ballot_sync(~0u, bright[s])));
     }
-    // One lane may be that of both.
-    if (slot % kWarp == lane) put(slot, first, two[0]);
-    if (count % kWarp == lane) put(count, first + 1, two[1]);
-  }
 #pragma unroll
-  for (int s = 0; s < kSlots; ++s) {
-    if (index[s] == kNone) continue;
-    const LightNode& node = nodes[index[s]];
-    frontier[static_cast<std::uint32_t>(s * kWarp) + lane] =
-        stage_light<kind>(lights, node.representative, node.intensity);
+    for (int s = 0; s < kSlots; ++s) {
+      const std::uint32_t slot = static_cast<std::uint32_t>(s * kWarp) + lane;
+      const bool splits = bright[s] && (candidates <= room || rank_of(slots, count, slot) < room);
+      const std::uint32_t all = __ballot_sync(~0u, splits);
+      place[s] = splits ? before + static_cast<std::uint32_t>(__popc(all & ((1u << lane) - 1))) : kNone;
+      before += static_cast<std::uint32_t>(__popc(all));
+    }
+    __syncwarp();
+#pragma unroll
+    for (int s = 0; s < kSlots; ++s) {
+      if (place[s] == kNone) continue;
+      FrontierSlot& slot = slots[static_cast<std::uint32_t>(s * kWarp) + lane];
+      const std::uint32_t first = slot.first_child;
+      FrontierSlot second;
+      second.set(nodes, first + 1);
+      slot.set(nodes, first);
+      slots[place[s]] = second;
+    }
+    count = before;
+    __syncwarp();
+  }
+  for (std::uint32_t k = lane; k < count; k += kWarp) {
+    const LightNode& node = nodes[slots[k].node];
+    frontier[k] = stage_light<kind>(lights, node.representative, node.intensity);
   }
 }
 

@@ -12,33 +12,36 @@ namespace {
 
 using namespace lightcuts::detail;
 
-constexpr int kTile = static_cast<int>(kTileClusters);
 constexpr int kWarp = 32;
-constexpr int kChunks = kTile / kWarp;
+constexpr int kPlacing = 256;  ///< threads of a block that places nodes
 
 // --- Clusters in shared memory ---
 
 /// What pairs need, by place in the array; the rest stays where it is, in the slot of the lower part's.
+template <int Size>
 struct TileMemory {
-  float4 low[kTile];   ///< the box's lower corner, luminance
-  float4 high[kTile];  ///< the upper one, cosine of the cone's half angle
-  float4 cone[kTile];  ///< its axis, sine of the half angle
+  static constexpr int kChunks = Size / kWarp;
+
+  float4 low[Size];   ///< the box's lower corner, luminance
+  float4 high[Size];  ///< the upper one, cosine of the cone's half angle
+  float4 cone[Size];  ///< its axis, sine of the half angle
   /// Ranks of the best pair with a cluster further up, and with one further down.
-  std::uint32_t up[kTile], down[kTile];
-  std::int16_t offset[kTile];  ///< of the best partner
-  std::uint16_t slot[kTile];
+  std::uint32_t up[Size], down[Size];
+  std::int16_t offset[Size];  ///< of the best partner
+  std::uint16_t slot[Size];
   std::uint32_t stay[kChunks], merge[kChunks];  ///< a bit a place
 
   // By slot.
-  float4 light[kTile];  ///< intensity, representative
-  float4 rest[kTile];   ///< what is left of the intensity, leaves
-  uint4 making[kTile];  ///< smallest light, largest light, height, id
-  std::uint32_t name[kTile];
+  float4 light[Size];  ///< intensity, representative
+  float4 rest[Size];   ///< what is left of the intensity, leaves
+  uint4 making[Size];  ///< smallest light, largest light, height, id
+  std::uint32_t name[Size];
 
   std::uint32_t begin[kTilesJoined + 1];  ///< of the joined tiles' clusters
 };
 
-__device__ void put_sized(TileMemory& m, int at, const SizedCluster& c) {
+template <int Size>
+__device__ void put_sized(TileMemory<Size>& m, int at, const SizedCluster& c) {
   const Vec3 &l = c.cluster.box.lo, &h = c.cluster.box.hi, &a = c.cluster.cone.axis;
   m.low[at] = {l.x, l.y, l.z, c.cluster.luminance};
   m.high[at] = {h.x, h.y, h.z, c.cluster.cone.cos_half_angle};
@@ -46,8 +49,8 @@ __device__ void put_sized(TileMemory& m, int at, const SizedCluster& c) {
 }
 
 /// `Colored`: with what metrics of colour ask for.
-template <bool Colored>
-__device__ SizedCluster get_sized(const TileMemory& m, int at) {
+template <bool Colored, int Size>
+__device__ SizedCluster get_sized(const TileMemory<Size>& m, int at) {
   const float4 low = m.low[at], high = m.high[at], cone = m.cone[at];
   SizedCluster c;
   c.cluster.box = {{low.x, low.y, low.z}, {high.x, high.y, high.z}};
@@ -62,7 +65,8 @@ __device__ SizedCluster get_sized(const TileMemory& m, int at) {
   return c;
 }
 
-__device__ void put_sums(TileMemory& m, int slot, const Vec3& intensity, std::uint32_t representative,
+template <int Size>
+__device__ void put_sums(TileMemory<Size>& m, int slot, const Vec3& intensity, std::uint32_t representative,
                          std::uint32_t leaf_count, const NodeMaking& making, std::uint32_t id) {
   m.light[slot] = {intensity.x, intensity.y, intensity.z, __uint_as_float(representative)};
   m.rest[slot] = {making.rest.x, making.rest.y, making.rest.z, __uint_as_float(leaf_count)};
@@ -74,7 +78,8 @@ struct Shape {
   DirectionCone cone;
 };
 /// By the numbers: luminances, beside them, may just be written.
-__device__ Shape get_shape(const TileMemory& m, int at) {
+template <int Size>
+__device__ Shape get_shape(const TileMemory<Size>& m, int at) {
   const float4 &low = m.low[at], &high = m.high[at], &cone = m.cone[at];
   return {{{low.x, low.y, low.z}, {high.x, high.y, high.z}}, {{cone.x, cone.y, cone.z}, high.w}};
 }
@@ -84,7 +89,8 @@ struct Sums {
   NodeMaking making;
   std::uint32_t id;
 };
-__device__ Sums get_sums(const TileMemory& m, int slot) {
+template <int Size>
+__device__ Sums get_sums(const TileMemory<Size>& m, int slot) {
   const float4 light = m.light[slot], rest = m.rest[slot];
   const uint4 making = m.making[slot];
   Sums sums;
@@ -98,8 +104,9 @@ __device__ Sums get_sums(const TileMemory& m, int slot) {
 
 // --- A tile ---
 
-__device__ void load_cluster(const NodesMaking& making, TileMemory& m, int at, LiveCluster of) {
-  const LightNode node = making.nodes[of.id];
+template <int Size>
+__device__ void load_cluster(const NodesMaking& making, TileMemory<Size>& m, int at, LiveCluster of,
+                             const LightNode& node) {
   put_sized(m, at, sized(making.cluster(node)));
   put_sums(m, at, node.intensity, node.representative, node.leaf_count, making.making_of(of.id, node), of.id);
   m.name[at] = of.name;
@@ -107,42 +114,72 @@ __device__ void load_cluster(const NodesMaking& making, TileMemory& m, int at, L
   m.up[at] = m.down[at] = __float_as_uint(kInfinity);
 }
 
-/// Loads a tile; returns how many clusters it has.
-template <int Threads>
-__device__ int load_tile(const TilePass& p, TileMemory& m) {
-  const int t = static_cast<int>(threadIdx.x);
-  const std::uint32_t tile = blockIdx.x;
-  if (p.from == nullptr) {
-    const std::uint32_t begin = tile * kTileClusters, live = min(kTileClusters, p.count - begin);
+// Ways to load a tile; they return how many clusters it has.
+
+/// Leaves that are there.
+struct LoadLeaves {
+  template <int Threads, int Size>
+  __device__ int load(const TilePass& p, TileMemory<Size>& m) const {
+    const std::uint32_t begin = blockIdx.x * kLeafTile, live = min(kLeafTile, p.count - begin);
     for (std::uint32_t i = threadIdx.x; i < live; i += Threads) {
-      load_cluster(p.making, m, static_cast<int>(i), {begin + i, begin + i});
+      const LightNode node = p.making.nodes[begin + i];
+      load_cluster(p.making, m, static_cast<int>(i), {begin + i, begin + i}, node);
     }
     __syncthreads();
     return static_cast<int>(live);
   }
-  const std::uint32_t first = tile * kTilesJoined, joined = min(kTilesJoined, p.count - first);
-  static_assert(kTilesJoined < kWarp);
-  if (t < kWarp) {
-    const std::uint32_t own = threadIdx.x < joined ? p.from_counts[first + threadIdx.x] : 0;
-    std::uint32_t sum = own;
-    for (int step = 1; step < kWarp; step *= 2) {
-      const std::uint32_t before = __shfl_up_sync(kAllLanes, sum, step);
-      if (t >= step) sum += before;
+};
+
+/// Leaves that are made.
+template <class Light>
+struct LoadLights {
+  MakeLeaves<Light> make;
+
+  template <int Threads, int Size>
+  __device__ int load(const TilePass& p, TileMemory<Size>& m) const {
+    const std::uint32_t begin = blockIdx.x * kLeafTile, live = min(kLeafTile, p.count - begin);
+    for (std::uint32_t i = threadIdx.x; i < live; i += Threads) {
+      const LightNode node = make.leaf(begin + i);
+      p.making.nodes[begin + i] = node;
+      load_cluster(p.making, m, static_cast<int>(i), {begin + i, begin + i}, node);
     }
-    if (threadIdx.x <= kTilesJoined) m.begin[t] = sum - own;
+    __syncthreads();
+    return static_cast<int>(live);
   }
-  __syncthreads();
-  for (std::uint32_t i = threadIdx.x; i < joined * kTileLeaves; i += Threads) {
-    const std::uint32_t of = i / kTileLeaves, at = m.begin[of] + i % kTileLeaves;
-    if (at < m.begin[of + 1]) load_cluster(p.making, m, static_cast<int>(at), p.from[first * kTileLeaves + i]);
+};
+
+/// What tiles of the pass before left.
+struct LoadTiles {
+  template <int Threads, int Size>
+  __device__ int load(const TilePass& p, TileMemory<Size>& m) const {
+    static_assert(kTilesJoined == kWarp);
+    const std::uint32_t first = blockIdx.x * kTilesJoined, joined = min(kTilesJoined, p.count - first);
+    const int t = static_cast<int>(threadIdx.x);
+    if (t < kWarp) {
+      std::uint32_t sum = threadIdx.x < joined ? p.from_counts[first + threadIdx.x] : 0;
+      for (int step = 1; step < kWarp; step *= 2) {
+        const std::uint32_t before = __shfl_up_sync(kAllLanes, sum, step);
+        if (t >= step) sum += before;
+      }
+      if (t == 0) m.begin[0] = 0;
+      m.begin[t + 1] = sum;
+    }
+    __syncthreads();
+    for (std::uint32_t i = threadIdx.x; i < joined * kTileLeaves; i += Threads) {
+      const std::uint32_t of = i / kTileLeaves, at = m.begin[of] + i % kTileLeaves;
+      if (at >= m.begin[of + 1]) continue;
+      const LiveCluster cluster = p.from[first * kTileLeaves + i];
+      const LightNode node = p.making.nodes[cluster.id];
+      load_cluster(p.making, m, static_cast<int>(at), cluster, node);
+    }
+    __syncthreads();
+    return static_cast<int>(m.begin[kTilesJoined]);
   }
-  __syncthreads();
-  return static_cast<int>(m.begin[kTilesJoined]);
-}
+};
 
 /// Ranks all pairs. Where there are threads enough, several share the pairs of a cluster with those further up.
-template <bool Colored, int Threads>
-__device__ void rank_pairs(const MetricScale& scale, int live, int radius, TileMemory& m) {
+template <bool Colored, int Threads, int Size>
+__device__ void rank_pairs(const MetricScale& scale, int live, int radius, TileMemory<Size>& m) {
   const int bits = live <= kWarp ? 5 : 32 - __clz(live - 1), ways = max(1, Threads >> bits);
   for (int item = static_cast<int>(threadIdx.x); item < ways << bits; item += Threads) {
     const int i = item & ((1 << bits) - 1), first = 1 + (item >> bits);
@@ -167,8 +204,8 @@ __device__ void rank_pairs(const MetricScale& scale, int live, int radius, TileM
 }
 
 /// Finds each cluster's partner, and marks who merges and who stays.
-template <int Threads>
-__device__ void choose_partners(int live, int reluctance, TileMemory& m) {
+template <int Threads, int Size>
+__device__ void choose_partners(int live, int reluctance, TileMemory<Size>& m) {
   const int t = static_cast<int>(threadIdx.x);
   for (int i = t; i < live; i += Threads) {
     m.offset[i] = static_cast<std::int16_t>(
@@ -210,7 +247,8 @@ __device__ int place_of_bit(std::uint32_t bits, int n) {
 // The cluster at place i and its partner become one, which lies at place i and in its slot until gaps are closed. Two
 // threads can share the work.
 
-__device__ void merge_shapes_at(const NodesMaking& making, int i, TileMemory& m) {
+template <int Size>
+__device__ void merge_shapes_at(const NodesMaking& making, int i, TileMemory<Size>& m) {
   const int j = i + m.offset[i];
   const Shape p = get_shape(m, i), q = get_shape(m, j);
   const MergedShape merged = NodesMaking::merge_shapes(p.box, p.cone, q.box, q.cone);
@@ -222,7 +260,8 @@ __device__ void merge_shapes_at(const NodesMaking& making, int i, TileMemory& m)
   m.cone[i] = {a.x, a.y, a.z, lightcuts::detail::sine_of(merged.cone.cos_half_angle)};
 }
 
-__device__ void merge_sums_at(const NodesMaking& making, int i, TileMemory& m) {
+template <int Size>
+__device__ void merge_sums_at(const NodesMaking& making, int i, TileMemory<Size>& m) {
   const int slot = m.slot[i], other = m.slot[i + m.offset[i]];
   const Sums p = get_sums(m, slot), q = get_sums(m, other);
   const MergedSums merged = making.merge_sums(p.id, p.node, p.making, q.id, q.node, q.making);
@@ -233,8 +272,9 @@ __device__ void merge_sums_at(const NodesMaking& making, int i, TileMemory& m) {
 }
 
 /// Merges the pairs and closes the gaps; returns how many clusters are left.
-template <int Threads, bool Shared>
-__device__ int merge_pairs(const NodesMaking& making, int live, TileMemory& m) {
+template <int Threads, bool Shared, int Size>
+__device__ int merge_pairs(const NodesMaking& making, int live, TileMemory<Size>& m) {
+  constexpr int kChunks = TileMemory<Size>::kChunks;
   const int t = static_cast<int>(threadIdx.x), lane = t % kWarp;
   // Sums over the chunks up to this lane's: those that stay in the low half, merges in the high one.
   std::uint32_t sum = lane * kWarp < live ? __popc(m.stay[lane]) | __popc(m.merge[lane]) << 16 : 0;
@@ -265,7 +305,7 @@ __device__ int merge_pairs(const NodesMaking& making, int live, TileMemory& m) {
   }
   __syncthreads();
 
-  constexpr int kEach = (kTile + Threads - 1) / Threads;
+  constexpr int kEach = (Size + Threads - 1) / Threads;
   float4 low[kEach], high[kEach], cone[kEach];
   std::uint16_t slot[kEach];
   int next[kEach];
@@ -296,10 +336,11 @@ __device__ int merge_pairs(const NodesMaking& making, int live, TileMemory& m) {
   return static_cast<int>(total & 0xffffu);
 }
 
-template <bool Colored, int Threads, int Blocks, bool Shared>
-__global__ void __launch_bounds__(Threads, Blocks) merge_tiles_kernel(TilePass p) {
-  __shared__ TileMemory m;
-  int live = load_tile<Threads>(p, m);
+template <bool Colored, int Size, int Threads, int Blocks, bool Shared, class Load>
+__global__ void __launch_bounds__(Threads, Blocks) merge_tiles_kernel(TilePass p, Load loads) {
+  extern __shared__ float4 shared[];
+  auto& m = *reinterpret_cast<TileMemory<Size>*>(shared);
+  int live = loads.template load<Threads>(p, m);
   const int goal = static_cast<int>(p.goal());
   int reluctance = 0;
   while (live > goal) {
@@ -323,10 +364,10 @@ __global__ void __launch_bounds__(Threads, Blocks) merge_tiles_kernel(TilePass p
 // --- Placing ---
 
 /// Four lanes copy a node: writes of whole sectors, one after the other.
-__global__ void __launch_bounds__(kTile) place_kernel(NodesMaking making, const TreeRoot* root, LightNode* placed) {
+__global__ void __launch_bounds__(kPlacing) place_kernel(NodesMaking making, const TreeRoot* root, LightNode* placed) {
   constexpr std::uint32_t kParts = sizeof(LightNode) / sizeof(uint4);
   static_assert(offsetof(LightNode, first_child) == 3 * sizeof(uint4) + 2 * sizeof(std::uint32_t));
-  const std::uint32_t k = blockIdx.x * kTile + threadIdx.x, lane = threadIdx.x % kWarp;
+  const std::uint32_t k = blockIdx.x * kPlacing + threadIdx.x, lane = threadIdx.x % kWarp;
   ChildPlaces places{{kNone, kNone}, 0, {kNone, kNone}};
   if (k + 1 < making.leaf_count) places = child_places(making, root->id, k);
   for (std::uint32_t first = 0; first < 2 * kWarp; first += kWarp / kParts) {
@@ -349,34 +390,65 @@ __global__ void __launch_bounds__(kTile) place_kernel(NodesMaking making, const 
 
 // --- Launching ---
 
-template <bool Colored>
-void launch_tiles(const Device& device, const TilePass& pass) {
-  // Where the tiles do not fill the device, the threads of each share what one would do.
-  const auto multiprocessors = static_cast<std::uint32_t>(device.multiprocessors());
-  if (pass.tile_count > 4 * multiprocessors) {
-    merge_tiles_kernel<Colored, 128, 6, false><<<pass.tile_count, 128, 0, device.stream()>>>(pass);
-  } else if (pass.tile_count > multiprocessors) {
-    merge_tiles_kernel<Colored, 256, 2, true><<<pass.tile_count, 256, 0, device.stream()>>>(pass);
-  } else {
-    merge_tiles_kernel<Colored, 512, 1, true><<<pass.tile_count, 512, 0, device.stream()>>>(pass);
-  }
+template <bool Colored, int Size, int Threads, int Blocks, bool Shared, class Load>
+void launch(const Device& device, const TilePass& pass, const Load& loads) {
+  auto* const kernel = merge_tiles_kernel<Colored, Size, Threads, Blocks, Shared, Load>;
+  constexpr std::size_t kShared = sizeof(TileMemory<Size>);
+  check(cudaFuncSetAttribute(kernel, cudaFuncAttributeMaxDynamicSharedMemorySize, static_cast<int>(kShared)),
+        "setting up shared memory");
+  kernel<<<pass.tile_count, Threads, kShared, device.stream()>>>(pass, loads);
   check(cudaGetLastError(), "building a light tree");
+}
+
+/// Where the tiles do not fill the device, more threads share what one would do.
+template <bool Colored, int Size, class Load>
+void launch_tiles(const Device& device, const TilePass& pass, const Load& loads) {
+  if (pass.tile_count > static_cast<std::uint32_t>(device.multiprocessors())) {
+    launch<Colored, Size, 256, 2, true>(device, pass, loads);
+  } else {
+    launch<Colored, Size, 512, 1, true>(device, pass, loads);
+  }
+}
+
+bool colored(const TilePass& pass) {
+  const Metric metric = pass.making.scale.metric;
+  return metric == Metric::distance_color || metric == Metric::distance_color_direction;
 }
 
 }  // namespace
 
-void TreeExecutor::merge_tiles(const TilePass& pass) {
-  const Metric metric = pass.making.scale.metric;
-  if (metric == Metric::distance_color || metric == Metric::distance_color_direction) {
-    launch_tiles<true>(device(), pass);
+bool TreeExecutor::fills_the_device(const TilePass& pass) const {
+  return pass.tile_count > static_cast<std::uint32_t>(4 * device().multiprocessors());
+}
+
+void TreeExecutor::merge_many_leaves(const MakeLeaves<Vpl>& make, const TilePass& pass) {
+  const LoadLights<Vpl> loads{make};
+  if (colored(pass)) {
+    launch<true, kLeafTile, 128, 7, false>(device(), pass, loads);
   } else {
-    launch_tiles<false>(device(), pass);
+    launch<false, kLeafTile, 128, 7, false>(device(), pass, loads);
+  }
+}
+
+void TreeExecutor::merge_leaf_tiles(const TilePass& pass) {
+  if (colored(pass)) {
+    launch_tiles<true, kLeafTile>(device(), pass, LoadLeaves{});
+  } else {
+    launch_tiles<false, kLeafTile>(device(), pass, LoadLeaves{});
+  }
+}
+
+void TreeExecutor::merge_tiles(const TilePass& pass) {
+  if (colored(pass)) {
+    launch_tiles<true, kUpperTile>(device(), pass, LoadTiles{});
+  } else {
+    launch_tiles<false, kUpperTile>(device(), pass, LoadTiles{});
   }
 }
 
 void TreeExecutor::place(const NodesMaking& making, const TreeRoot* root, LightNode* placed) {
-  const std::uint32_t blocks = (making.leaf_count - 1 + kTile - 1) / kTile;
-  place_kernel<<<blocks, kTile, 0, device().stream()>>>(making, root, placed);
+  const std::uint32_t blocks = (making.leaf_count - 1 + kPlacing - 1) / kPlacing;
+  place_kernel<<<blocks, kPlacing, 0, device().stream()>>>(making, root, placed);
   check(cudaGetLastError(), "placing a light tree's nodes");
 }
 

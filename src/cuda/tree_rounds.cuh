@@ -1,5 +1,7 @@
 #pragma once
 
+#include <type_traits>
+
 #include "backend/build_light_tree.h"
 #include "cuda/executor.cuh"
 
@@ -89,11 +91,26 @@ class TreeExecutor : public CudaExecutor {
     if (pair.Current() != words.data()) std::swap(words, other);
   }
 
-  /// Merges the clusters of all tiles of a pass, as detail::MergeTile does.
+  /// Makes the leaves and merges those of each tile, as detail::MakeLeaves and detail::MergeTile do.
+  template <class Light>
+  void merge_leaves(const detail::MakeLeaves<Light>& make, const detail::TilePass& pass) {
+    if constexpr (std::is_same_v<Light, Vpl>) {
+      if (fills_the_device(pass)) return merge_many_leaves(make, pass);
+    }
+    for_each(pass.count, make);
+    merge_leaf_tiles(pass);
+  }
+
+  /// Merges the clusters of all tiles of a later pass.
   void merge_tiles(const detail::TilePass& pass);
 
   /// Writes the nodes of a tree of several lights where they belong, as detail::PlaceChildren does.
   void place(const detail::NodesMaking& making, const detail::TreeRoot* root, LightNode* placed);
+
+ private:
+  [[nodiscard]] bool fills_the_device(const detail::TilePass& pass) const;
+  void merge_many_leaves(const detail::MakeLeaves<Vpl>& make, const detail::TilePass& pass);
+  void merge_leaf_tiles(const detail::TilePass& pass);
 };
 
 }  // namespace lightcuts::cuda

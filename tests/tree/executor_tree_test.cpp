@@ -60,11 +60,17 @@ double cost(const LightTree& tree, Metric metric) {
 }
 
 TEST(ExecutorTree, IsAsGoodAsTheCpus) {
-  test::LightSamples samples(6);
+  // Few large nodes make most of the sum, so that one set of lights says little.
+  constexpr int kSets = 6;
   for (const Metric metric : {Metric::walter, Metric::distance_color_direction}) {
-    for (const auto& lights : {samples.scattered(20000), samples.on_walls(20000)}) {
-      const double cpu = cost(by_cpu(lights, metric), metric);
-      EXPECT_LT(cost(by_executor(lights, metric), metric) / cpu, 1.02);
+    for (const bool on_walls : {false, true}) {
+      double mean = 0;
+      for (int set = 0; set < kSets; ++set) {
+        test::LightSamples samples(6 + static_cast<std::uint64_t>(set));
+        const auto lights = on_walls ? samples.on_walls(20000) : samples.scattered(20000);
+        mean += cost(by_executor(lights, metric), metric) / cost(by_cpu(lights, metric), metric) / kSets;
+      }
+      EXPECT_LT(mean, 1.015);
     }
   }
 }

@@ -10,8 +10,9 @@ namespace lightcuts::detail {
 
 // How build_light_tree.h merges clusters: tile by tile along the curve. A tile is few enough clusters for a block of a GPU
 // to hold them all; it merges its own in rounds of locally ordered clustering until 16 are left, and asks nobody. What
-// neighbouring tiles left is a tile of the next pass, and so on, until one tile is left, which becomes the root. So clusters at a tile's edge find no partner beyond it, but only for one pass; cuts grow by hardly 1 %
-// (docs/results/gpu.md), and nothing waits for the number of clusters that are left elsewhere.
+// neighbouring tiles left is a tile of the next pass, and so on, until one tile is left, which becomes the root. So clusters
+// at a tile's edge find no partner beyond it, but only for one pass; cuts grow by hardly 1 % (docs/results/gpu.md), and
+// nothing waits for the number of clusters that are left elsewhere.
 //
 // Every cluster has the name of one of its leaves: a leaf its own, a merged one that of its lower part. The other part's
 // name is no longer used, and says the merged node's id: leaf_count - 1 + name. So ids need no counting.

@@ -7,9 +7,9 @@
 
 namespace lightcuts::cuda {
 
-/// Who lights a group of pixels: a warp, or where there are very many nodes the warps of several blocks. The warps of a block walk together,
-/// each block of a crew has its own parts of the trees, and after each walk all get the same sums, and so come to the same
-/// decisions.
+/// Who lights a group of pixels: a warp, or where there are very many nodes the warps of several blocks. The warps of a
+/// block walk together, the blocks of a crew share out the nodes that wait, and after each walk all get the same sums, and so
+/// come to the same decisions.
 enum class Crew { warp, blocks };
 
 /// What a crew has to agree on: whether lights could not be looked at, and whether it is too much for it.

@@ -277,10 +277,10 @@ void CudaBackend::prepare_maps(const ShadeOptions& options, std::uint64_t budget
   const auto per_map = static_cast<std::uint32_t>(options.ism_points);
   const std::uint64_t for_points = DevicePoints::bytes_for(per_map, scene.edges(device_).triangle_count());
   const std::uint64_t for_maps = less(budget, for_points);
-  const bool serves =
-      scene.has_points(per_map, options.seed) &&
-      (on_demand ? light_maps_ && light_maps_->options() == maps && light_maps_->set_budget(for_maps)
-                 : all_by_maps_ && all_by_maps_->options() == maps && all_by_maps_->taken_bytes() <= for_maps);
+  const bool serves = scene.has_points(per_map, options.seed) &&
+                      (on_demand ? light_maps_ && light_maps_->options() == maps && light_maps_->set_budget(for_maps)
+                                 : all_by_maps_ && all_by_maps_->options() == maps &&
+                                       all_by_maps_->taken_bytes() + kSumByMapsBytes <= for_maps);
   if (serves) return;
   drop_maps();
   const LightArrays lights = light_arrays();

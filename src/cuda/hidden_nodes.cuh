@@ -14,8 +14,8 @@ struct Umbras {
   Umbra umbra[kMost];
   int count;
 
-  /// By all lanes together: each has one of the umbras to find, of the occluders that weigh most, as on the CPU.
-  /// @param least  that an occluder has to weigh
+  /// By all lanes together: each has one of the umbras to find, of the occluders that weigh most.
+  /// @param least  that one has to weigh
   __device__ void find(const CutJob& job, const Box& receivers, float least, int lane) {
     Box lights;
     if (job.trees.kind[vpl_kind].leaf_count > 0) lights = extend(lights, job.trees.kind[vpl_kind].nodes[0].box);

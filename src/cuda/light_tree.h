@@ -28,7 +28,7 @@ static_assert(sizeof(StagedLight) == 48);
 /// Most nodes of a tree's upper level, from which a pixel's total is guessed.
 inline constexpr std::uint32_t kFrontierSize = 64;
 
-/// Most subtrees that a tree is taken apart into for a block's threads, or several blocks.
+/// Most subtrees that a tree is taken apart into, from which blocks begin.
 inline constexpr std::uint32_t kTreeParts = 512;
 
 /// One tree, as kernels see it.

@@ -55,7 +55,7 @@ __device__ inline bool sees(const MapView& view, Vec3 local, float largest) {
 
 // Which copy of a piece of code draws a disc depends on the discs beside it in the queue, whose order is one of atomics. So a
 // texel must be the same to the last bit in all copies, while a compiler is free to fuse a product with a sum in one and not
-// in another. Hence all that a texel is drawn with is computed by operations that say whether they are fused.
+// in another. Hence all that a texel of a paraboloid is drawn with is computed by operations that say whether they are fused.
 
 __device__ inline float fused_dot(Vec3 a, Vec3 b) {
   return __fmaf_rn(a.z, b.z, __fmaf_rn(a.y, b.y, __fmul_rn(a.x, b.x)));

@@ -25,10 +25,9 @@ class Rounds {
 
   bool run() {
     if (maps_.add_upper_levels(trees_) || start_over()) {
-      Outcome outcome = ask();
-      if (outcome == Outcome::lit) outcome = light({nullptr, all_});
-      if (outcome != Outcome::no_room) return outcome == Outcome::lit;
-      if (left_ > 0) return run_in_batches(fetch_left());
+      if (!ask()) return false;
+      const Outcome outcome = light({nullptr, all_});
+      return outcome == Outcome::no_room ? run_in_batches(fetch_left()) : outcome == Outcome::lit;
     }
     std::vector<std::uint32_t> units(all_);
     std::iota(units.begin(), units.end(), 0u);
@@ -44,11 +43,12 @@ class Rounds {
     return maps_.add_upper_levels(trees_);
   }
 
-  /// Makes most of the maps that will be wanted, where there are hardly any.
-  Outcome ask() {
-    if (!work_.ask || !maps_.has_upper_levels_only()) return Outcome::lit;
-    if (!work_.ask({nullptr, all_})) return Outcome::stopped;
-    return maps_.add_wanted() ? Outcome::lit : Outcome::no_room;
+  /// Makes most of the maps that will be wanted, where there are hardly any; false to stop.
+  bool ask() {
+    if (!work_.ask || !maps_.has_upper_levels_only()) return true;
+    if (!work_.ask({nullptr, all_})) return false;
+    maps_.add_wanted();  // if they fit; perhaps fewer are wanted in the end
+    return true;
   }
 
   /// Lights units until none misses a map, or until there is no room for maps; those that are not lit are then `left_`.

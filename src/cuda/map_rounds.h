@@ -13,8 +13,8 @@ struct UnitList {
   std::uint32_t count = 0;
 };
 
-/// Lights units with the maps that there are. A unit that misses a map marks it as wanted, leaves its sums as they were
-/// and goes to `missed`. Returns false to stop.
+/// Lights units with the maps that there are. A unit that misses a map marks it as wanted and goes to `missed`; what of it missed
+/// none may be kept (CutView::state tells which part), all else is left as it was. Returns false to stop.
 using LightUnits = std::function<bool(const UnitList& units, const MissedList& missed)>;
 
 /// Looks up the lights ids[0 .. count) of a kind, which have maps, from all pixels of a unit's tile; see look_up_tile.
@@ -33,9 +33,10 @@ struct UnitWork {
 /// Lights a picture of `count` units by shadow maps that are made for those lights only that represent a node of some
 /// pixel's cut: so the memory bounds neither the number of lights nor the size of the picture.
 ///
-/// In rounds: where there are hardly any maps, all units ask for what they will want; all units are lit, maps are made for the lights that any of them missed, and the units that missed one are
-/// lit again, until none misses any: what is kept of a unit has seen every light of its cuts through its map, so that the
-/// promise holds against the shadowed total, and the picture does not depend on which maps there were. The upper levels'
+/// In rounds: where there are hardly any maps, all units ask for what they will want; all units are lit, maps are made for
+/// the lights that any of them missed, and the units that missed one are lit again, until none misses any: what is kept of
+/// a unit has seen every light of its cuts through its map, so that the promise holds against the shadowed total, and the
+/// picture does not depend on which maps there were. The upper levels'
 /// lights, from which a pixel's total is guessed, have maps from the start. Where not all maps fit into the memory at once,
 /// units are lit in batches; and where those of a single unit do not, what its lights leave at its pixels is looked up some
 /// maps at a time and remembered instead, a byte a pixel.

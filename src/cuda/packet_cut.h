@@ -33,8 +33,9 @@ struct CutListing {
 /// Tiles of which groups of pixels are to be lit by a crew, in no order.
 struct TileQueue {
   struct Entry {
-    std::uint32_t tile, todo,
-        missed;  ///< the groups' pixels, and those of groups that miss maps, of which the list knows
+    std::uint32_t tile;
+    std::uint32_t todo;    ///< the groups' pixels
+    std::uint32_t missed;  ///< those of groups that miss maps, of which the list knows
   };
   Entry* entries = nullptr;  ///< with room for all
   std::uint32_t* count = nullptr;
@@ -58,9 +59,9 @@ struct CutView {
   CutCounts* counts;              ///< null: not wanted
   std::uint32_t* used[kKinds];    ///< a bit a light that represents a node of some cut; null: not wanted
   std::uint32_t* cost = nullptr;  ///< of each tile: what its dearest run took, in node tests; null: not wanted
-  TileState* state = nullptr;     ///< of each tile; null: all are to be lit, and in one round
-  CutListing listing = {};        ///< only without shadow rays
-  TileQueue left = {};            ///< for what is left to a crew, or a larger one; without memory: nothing is
+  TileState* state = nullptr;  ///< of each tile, needed where tiles are lit in rounds; null: all of each is to be lit
+  CutListing listing = {};     ///< only without shadow rays
+  TileQueue left = {};         ///< for what is left to a crew, or a larger one; without memory: nothing is
 };
 
 /// Receives the numbers of what has to be lit again, for want of shadow maps; in no order.
@@ -133,7 +134,7 @@ class TileOrder {
 /// pixels go to a list, and when that is full each lane sums the list for its pixel. Thresholds come from an estimate of
 /// the pixels' totals by the trees' upper levels; pixels whose total then turns out too small for the largest bound walk
 /// again, so in the end the promise holds for each. Groups that test very many nodes are left to several blocks, which share out
-/// the trees' parts, and those that are too much for these to many. Sums are in a fixed order.
+/// what waits, and those that are too much for these to many. Sums are in a fixed order.
 void cut_by_packets(Device& device, const TracedScene& traced, const PixelView& pixels, const CutJob& job,
                     bool shadow_rays, const TileList& tiles, const SumView& sums, const CutView& cuts);
 

@@ -50,7 +50,7 @@ __device__ inline Ray shadow_ray_to(Vec3 from, const StagedLight& light) {
 // maps are missing. `look_tests`: tests of nodes that take as long as a look; `most_umbras`: of a group, each of which
 // costs every test; `least_occluder`: what a polygon must weigh (see occluder_weight) to be worth that; `first_caution`: the
 // first walk's threshold relative to the estimate. All by measurement: where a walk costs little, or its rays are
-// remembered, few nodes first tell the total better, for too low a threshold cannot be taken back. `Group`: what is known of
+// remembered, few nodes first tell the total better, for no node leaves a cut again. `Group`: what is known of
 // a group's pixels. `Staged`: what is read, and seen, of a light once for all of them.
 //
 // share() says what arrives at a pixel: at `receiver`, whose exact position is `from`, the tile's `pixel`-th. Where rays are

@@ -23,8 +23,8 @@ __device__ inline float group_bound(const ReceiverGroup<FastFloat>& group, const
 inline constexpr float kNextCaution = 0.98f;
 /// A threshold sinks at most by this factor from one walk to the next.
 inline constexpr float kLargestDrop = 16;
-/// By how much a first threshold is raised that made a walk long, for the estimate may be far too low, and by how much a crew's is
-/// from the start.
+/// By how much a first threshold is raised that made a walk long, for the estimate may be far too low, and by how much a
+/// crew's is from the start.
 inline constexpr float kDoubt = 16;
 /// By what the work for a crew is divided for that of a walk that is long.
 inline constexpr std::uint32_t kLongWalk = 4;
@@ -179,7 +179,7 @@ class TileCut : TileLight<Visibility, crew> {
       gather_group(lanes, round == 1);
       if (round == 1) {
         threshold = error * first_total(lanes) * (kTeamed && !Visibility::asks ? kDoubt : 1.0f);
-        certain_ = Visibility::asks;
+        certain_ = Visibility::asks || job_.max_cut > 0;  // a search for the largest cut has many walks
       }
       scale_ = demands(threshold);
       threshold_ = threshold;
@@ -464,7 +464,7 @@ class TileCut : TileLight<Visibility, crew> {
     return index;
   }
 
-  /// Keeps every so manieth of the nodes that wait, at the stack's begin, and leaves the others to the crew's other blocks;
+  /// Keeps every n-th of the nodes that wait, n being the crew's blocks, at the stack's begin, and leaves the others to the crew's other blocks;
   /// returns how many.
   __device__ int keep_share(int gone, int waiting) const {
     const int step = meeting_->blocks(), kept = (waiting - meeting_->rank() + step - 1) / step;

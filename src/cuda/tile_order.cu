@@ -34,8 +34,9 @@ void TileOrder::begin(Device& device, std::uint32_t tiles) {
 void TileOrder::end() { std::swap(before_, now_); }
 
 TileList TileOrder::sorted(Device& device, const TileList& list) {
-  if (known_ == nullptr || list.count < 2) return list;
   const std::uint32_t n = list.count;
+  constexpr std::uint64_t needed = 16;  // bytes a tile
+  if (known_ == nullptr || n < 2 || device.used() + needed * n > device.limit()) return list;
   DeviceBuffer<std::uint8_t> keys(device, n), sorted_keys(device, n);
   DeviceBuffer<std::uint32_t> tiles(device, n);
   if (tiles_.size() < n) tiles_ = DeviceBuffer<std::uint32_t>(device, n);

@@ -22,7 +22,7 @@ inline constexpr std::uint32_t kLargestPlocRadius = 31;
 LC_FN float ploc_rank(float size, std::uint32_t lower, std::uint32_t offset) {
   const bool first = (offset == 1) & ((lower & 1u) == 0);
   const std::uint32_t code = first ? 0u : offset;
-  const float finite = min_of(size, 1e38f);
+  const float finite = min_of(1e38f, size);  // 1e38 for what is not a number, too
   return __builtin_bit_cast(float, (__builtin_bit_cast(std::uint32_t, finite) & ~kLargestPlocRadius) | code);
 }
 

@@ -24,12 +24,12 @@ struct CutResult {
   CutCounts counts;
 };
 
-/// Ways to cut: groups share one; each pixel has its own; teams of warps for all but the smallest.
+/// Ways to cut: groups share one; each pixel has its own; crews for the larger ones; large crews for all but the smallest.
 struct Way {
   bool own_cuts = false;
   std::uint32_t heavy_work = 16384;
 };
-constexpr Way kWays[] = {{false, 16384}, {true, 16384}, {false, 64}, {true, 64}};
+constexpr Way kWays[] = {{false, 16384}, {true, 16384}, {false, 1024}, {true, 1024}, {false, 64}, {true, 64}};
 
 class Cuts : public OnDevice {
  protected:
@@ -262,7 +262,7 @@ TEST_P(CutPictures, HaveCutsAsLargeAsOverTheCpusTree) {
   gpu->trace_vpls(vpls, {});
   cpu->set_lights(gpu->lights());
   const Camera camera = select_camera(scene, "");
-  double mean[3];
+  double mean[3], by_packets[3];
   gpu->build_light_tree({}, {});
   for (int k = 0; k < 3; ++k) {
     if (k > 0) {
@@ -275,10 +275,14 @@ TEST_P(CutPictures, HaveCutsAsLargeAsOverTheCpusTree) {
     Statistics statistics;
     gpu->shade(camera, 100, 100, by_heaps, 0, statistics, {});
     mean[k] = statistics.cut.mean;
+    gpu->shade(camera, 200, 200, options(Method::lightcuts, Visibility::none), 0, statistics, {});
+    by_packets[k] = statistics.cut.mean;
   }
   std::printf("  %s: mean cut %.1f over the GPU's tree, %.1f over the CPU's, %.1f over the agglomerative one\n",
               GetParam(), mean[0], mean[1], mean[2]);
+  std::printf("  by packets: %.1f, %.1f, %.1f\n", by_packets[0], by_packets[1], by_packets[2]);
   EXPECT_LT(mean[0] / mean[1], 1.03);
+  EXPECT_LT(by_packets[0] / by_packets[1], 1.25);
 }
 INSTANTIATE_TEST_SUITE_P(Scenes, CutPictures, testing::Values("cornell", "study", "interior", "lamps?count=100"));
 

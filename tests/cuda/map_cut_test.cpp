@@ -251,7 +251,7 @@ TEST_F(OnDevice, CutsByMapsKeepTheirPromiseAgainstTheShadowedTotal) {
   const auto position = send(*device, at.position), ns = send(*device, at.ns), ng = send(*device, at.ng),
              albedo = send(*device, at.albedo);
   const std::size_t n = at.position.size();
-  for (const std::uint32_t heavy_work : {16384u, 64u}) {
+  for (const std::uint32_t heavy_work : {16384u, 1024u, 64u}) {
     const auto light = cleared<Vec3T<double>>(*device, n);
     const auto lost = cleared<double>(*device, n);
     const auto rays = cleared<std::uint32_t>(*device, n), size = cleared<std::uint32_t>(*device, n);

@@ -13,7 +13,7 @@ template <class Depth, int Size>
 struct SeeByMaps {
   static constexpr bool shadows = true, own_cuts = false, traces = false, asks = false;
   static constexpr int look_tests = 2, most_umbras = 16;
-  static constexpr float first_caution = 0.9f, least_occluder = 0.03f;
+  static constexpr float first_caution = 0.9f, least_occluder = kLeastOccluderByMaps;
   using Group = FlatReceivers;
   struct Staged {
     std::uint32_t slot;

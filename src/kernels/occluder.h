@@ -137,6 +137,10 @@ LC_FN float occluder_weight(const Occluder& occluder, Vec3 receiver) {
   return occluder.area * occluder.area * facing * facing / (distance_sq * distance_sq * distance_sq);
 }
 
+/// What an occluder must weigh (occluder_weight) to be worth its umbra where lights are looked up in shadow maps: a look costs
+/// about as much as the few tests that each umbra adds. Measured on both processors (docs/results/ism.md, gpu.md).
+inline constexpr float kLeastOccluderByMaps = 0.03f;
+
 /// The occluders of a scene, and what rays' rounding asks for.
 struct OccluderView {
   const Occluder* occluders = nullptr;

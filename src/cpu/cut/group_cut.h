@@ -30,12 +30,12 @@ class CutListener {
 
 /// How the work is cut up: measured, see docs/results/cut.md.
 struct GroupTuning {
-  float extent;              ///< of a group, relative to that of lights and tile
-  float cosine;              ///< as in GroupLimits
-  int pixels;                ///< as in GroupLimits
-  float first_factor;        ///< threshold of the first round, relative to that of the guess
-  float level_ratio;         ///< pixels whose thresholds differ by less than this go on together
-  std::uint32_t umbras = 0;  ///< most occluders that a group looks for hidden lights behind
+  float extent;             ///< of a group, relative to that of lights and tile
+  float cosine;             ///< as in GroupLimits
+  int pixels;               ///< as in GroupLimits
+  float first_factor;       ///< threshold of the first round, relative to that of the guess
+  float level_ratio;        ///< pixels whose thresholds differ by less than this go on together
+  UmbraLimits umbras = {};  ///< occluders that a group looks for hidden lights behind
 };
 
 /// The instruments of a group's cut. Everything referred to must outlive it.

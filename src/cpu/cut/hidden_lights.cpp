@@ -24,17 +24,17 @@ void see_all(const LightSamples& samples, std::vector<std::uint16_t>& left) {
 }  // namespace
 
 UmbraFinder::UmbraFinder(const CutContext& context, const Frontier& frontier, const CutKernels& kernels,
-                         const Box& receivers, std::uint32_t most, UmbraScratch& scratch)
+                         const Box& receivers, const UmbraLimits& limits, UmbraScratch& scratch)
     : context_(context),
       frontier_(frontier),
       kernels_(kernels),
-      most_(most),
+      limits_(limits),
       scratch_(scratch),
       far_lights_(!context.trees.directionals.nodes.empty()) {
   if (!context.trees.vpls.nodes.empty()) lights_ = extend(lights_, context.trees.vpls.nodes[0].box);
   if (!context.trees.points.nodes.empty()) lights_ = extend(lights_, context.trees.points.nodes[0].box);
   scratch.near.clear();
-  if (most == 0) return;
+  if (limits.most == 0) return;
   for (std::uint32_t i = 0; i < context.occluders.count; ++i) {
     if (far_lights_ || may_be_between(context.occluders.occluders[i], receivers, lights_)) scratch.near.push_back(i);
   }
@@ -49,9 +49,10 @@ void UmbraFinder::find(const ReceiverGroup<float>& group) const {
   for (const std::uint32_t i : scratch_.near) {
     const Occluder& occluder = view.occluders[i];
     if (!far_lights_ && !is_between(occluder, receivers, lights_, view.gap)) continue;
-    scratch_.candidates.emplace_back(-occluder_weight(occluder, middle), i);
+    const float weight = occluder_weight(occluder, middle);
+    if (weight >= limits_.least) scratch_.candidates.emplace_back(-weight, i);
   }
-  const std::size_t count = std::min<std::size_t>(scratch_.candidates.size(), most_);
+  const std::size_t count = std::min<std::size_t>(scratch_.candidates.size(), limits_.most);
   if (count == 0) return;
   std::partial_sort(scratch_.candidates.begin(), scratch_.candidates.begin() + static_cast<std::ptrdiff_t>(count),
                     scratch_.candidates.end());

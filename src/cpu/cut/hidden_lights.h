@@ -19,13 +19,18 @@ struct UmbraScratch {
   std::vector<std::uint16_t> places, directions;
 };
 
+/// Which occluders are looked at for a group.
+struct UmbraLimits {
+  std::uint32_t most = 0;  ///< how many, 0: none
+  float least = 0;         ///< that one must weigh, see occluder_weight
+};
+
 /// Finds what hides lights from the groups of a tile. Everything referred to must outlive it.
 class UmbraFinder {
  public:
   /// @param receivers  of all groups that will be asked for
-  /// @param most       occluders that are looked at for a group, 0: none
   UmbraFinder(const CutContext& context, const Frontier& frontier, const CutKernels& kernels, const Box& receivers,
-              std::uint32_t most, UmbraScratch& scratch);
+              const UmbraLimits& limits, UmbraScratch& scratch);
 
   /// Leaves in the scratch's `umbras` those of the occluders that cover most of the group's sky, if they hide a sample of
   /// the lights that none before them hides. None where the context has no occluders.
@@ -37,7 +42,7 @@ class UmbraFinder {
   const CutContext& context_;
   const Frontier& frontier_;
   const CutKernels& kernels_;
-  std::uint32_t most_;
+  UmbraLimits limits_;
   UmbraScratch& scratch_;
   Box lights_;
   bool far_lights_;

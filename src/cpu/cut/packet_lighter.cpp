@@ -21,11 +21,19 @@ constexpr std::uint32_t kFrontierSize = 48;
 /// More umbras found hardly anything more in the rooms measured (docs/results/cut.md).
 constexpr GroupTuning kUnshadowed{
     .extent = 0.06f, .cosine = 0.8f, .pixels = kTilePixels, .first_factor = 1.2f, .level_ratio = 1.5f};
-constexpr GroupTuning kShadowed{
-    .extent = 0.05f, .cosine = 0.8f, .pixels = kTilePixels, .first_factor = 200, .level_ratio = 1.2f, .umbras = 32};
+constexpr GroupTuning kShadowed{.extent = 0.05f,
+                                .cosine = 0.8f,
+                                .pixels = kTilePixels,
+                                .first_factor = 200,
+                                .level_ratio = 1.2f,
+                                .umbras = {.most = 32}};
 /// Maps leak, and a smaller group hides more from them; in large pictures the tile is the limit anyway.
-constexpr GroupTuning kByMaps{
-    .extent = 0.03f, .cosine = 0.8f, .pixels = kTilePixels, .first_factor = 200, .level_ratio = 1.2f, .umbras = 32};
+constexpr GroupTuning kByMaps{.extent = 0.03f,
+                              .cosine = 0.8f,
+                              .pixels = kTilePixels,
+                              .first_factor = 200,
+                              .level_ratio = 1.2f,
+                              .umbras = {.most = 32, .least = kLeastOccluderByMaps}};
 
 const GroupTuning& tuning_for(const PacketVisibility* visibility) {
   if (visibility == nullptr) return kUnshadowed;

@@ -12,6 +12,7 @@
 #include "cuda/light_tree.h"
 #include "cuda/map_rounds.h"
 #include "cuda/sum_kernels.h"
+#include "cuda/tile_order.h"
 #include "cuda/vpl_kernels.h"
 
 namespace lightcuts::cuda {

@@ -105,36 +105,14 @@ struct CutJob {
   Box scene_bounds = {};
 };
 
-/// An order of tiles in which none that takes long is among the last.
-///
-/// Costs are those of the picture before, or what earlier walks of this one found; without any, tiles stay as they are.
-class TileOrder {
- public:
-  /// For a picture of so many tiles.
-  void begin(Device& device, std::uint32_t tiles);
-  /// CutView::cost, for kernels to write.
-  [[nodiscard]] std::uint32_t* cost() const { return now_.data(); }
-  /// The list with those tiles first that cost most, about; valid until the next call. Equally dear ones stay together, as
-  /// neighbours read the same nodes.
-  TileList sorted(Device& device, const TileList& list);
-  /// From here on costs of this picture count.
-  void use_this_picture() { known_ = now_.data(); }
-  /// Keeps this picture's costs for the next.
-  void end();
-
- private:
-  DeviceBuffer<std::uint32_t> before_, now_, tiles_;
-  const std::uint32_t* known_ = nullptr;
-};
-
 /// Lights the pixels of tiles by cuts that groups of a warp's pixels share.
 ///
 /// The pixels of a tile that lie on one surface form a group. A warp walks the trees for a group with a node a lane,
 /// against the group's box, cone of normals and smallest threshold; nodes whose bound is small enough for all of its
 /// pixels go to a list, and when that is full each lane sums the list for its pixel. Thresholds come from an estimate of
 /// the pixels' totals by the trees' upper levels; pixels whose total then turns out too small for the largest bound walk
-/// again, so in the end the promise holds for each. Groups that test very many nodes are left to several blocks, which share out
-/// what waits, and those that are too much for these to many. Sums are in a fixed order.
+/// again, so in the end the promise holds for each. Groups that test very many nodes are left to several blocks, which
+/// share out what waits, and those that are too much for these to many. Sums are in a fixed order.
 void cut_by_packets(Device& device, const TracedScene& traced, const PixelView& pixels, const CutJob& job,
                     bool shadow_rays, const TileList& tiles, const SumView& sums, const CutView& cuts);
 

@@ -130,12 +130,25 @@ __device__ inline PlacedVpl placed_on_map(const WarpPlane& plane, const LitVpl& 
   return placed;
 }
 
+/// The way from a light to a pixel, in the coordinates of its plane.
+struct PlaneWay {
+  float dx, dy;
+  float distance_sq;
+  float cos_light;  ///< times the distance
+};
+template <bool flat>
+__device__ inline PlaneWay way_to(const PlanePixel& pixel, const PlainVpl& light) {
+  const float dx = pixel.s - light.across, dy = pixel.t - light.up;
+  const float height_sq = flat ? light.height : light.height * light.height;
+  return {dx, dy, dx * dx + (dy * dy + height_sq),
+          pixel.s * light.cosine_across + (pixel.t * light.cosine_up + light.cosine)};
+}
+
 /// What a pixel gets of a light before anything hides it, from the squared distance on.
 template <bool flat>
-__device__ inline float plane_cosines(const PlanePixel& pixel, const PlainVpl& light, float cos_light, float dx,
-                                      float dy) {
-  if constexpr (flat) return cos_light;
-  return cos_light * positive(dx * pixel.ns.x + dy * pixel.ns.y + light.height * pixel.ns.z);
+__device__ inline float plane_cosines(const PlanePixel& pixel, const PlainVpl& light, const PlaneWay& way) {
+  if constexpr (flat) return way.cos_light;
+  return way.cos_light * positive(way.dx * pixel.ns.x + way.dy * pixel.ns.y + light.height * pixel.ns.z);
 }
 
 __device__ inline void add_light(const PlainVpl& light, float factor, PixelSum& sum) {
@@ -154,13 +167,10 @@ __device__ inline void add_plain(const PlanePixel (&pixels)[Each], const PlainVp
 #pragma unroll
     for (int k = 0; k < Each; ++k) {
       const PlanePixel& pixel = pixels[k];
-      const float dx = pixel.s - light.across, dy = pixel.t - light.up;
-      const float height_sq = flat ? light.height : light.height * light.height;
-      const float distance_sq = dx * dx + (dy * dy + height_sq);
-      const float cos_light = pixel.s * light.cosine_across + (pixel.t * light.cosine_up + light.cosine);
+      const PlaneWay way = way_to<flat>(pixel, light);
       add_light(light,
-                plane_cosines<flat>(pixel, light, cos_light, dx, dy) *
-                    lightcuts::detail::quick_reciprocal(distance_sq * distance_sq),
+                plane_cosines<flat>(pixel, light, way) *
+                    lightcuts::detail::quick_reciprocal(way.distance_sq * way.distance_sq),
                 sums[k]);
     }
   }
@@ -176,19 +186,16 @@ __device__ inline void add_placed(const PlanePixel (&pixels)[Each], const Placed
 #pragma unroll
     for (int k = 0; k < Each; ++k) {
       const PlanePixel& pixel = pixels[k];
-      const float dx = pixel.s - light.across, dy = pixel.t - light.up;
-      const float height_sq = flat ? light.height : light.height * light.height;
-      const float distance_sq = dx * dx + (dy * dy + height_sq);
-      const float cos_light = pixel.s * light.cosine_across + (pixel.t * light.cosine_up + light.cosine);
-      const float inverse = lightcuts::detail::quick_inverse_root(distance_sq), inverse_sq = inverse * inverse;
-      const float scale = lightcuts::detail::quick_reciprocal(distance_sq * inverse + cos_light);
+      const PlaneWay way = way_to<flat>(pixel, light);
+      const float inverse = lightcuts::detail::quick_inverse_root(way.distance_sq), inverse_sq = inverse * inverse;
+      const float scale = lightcuts::detail::quick_reciprocal(way.distance_sq * inverse + way.cos_light);
       const float x = (pixel.s * light.x_across + (pixel.t * light.x_up + light.x)) * scale + light.first_x;
       const float y = (pixel.s * light.y_across + (pixel.t * light.y_up + light.y)) * scale + light.first_y;
       const OneTexelShare& of = light.share;
       const float share =
           one ? (of.at_centre + of.x_slope * x + of.x_bend * fabsf(x)) + (of.y_slope * y + of.y_bend * fabsf(y))
               : share_by_place(light.texels, x, y);
-      const float factor = plane_cosines<flat>(pixel, light, cos_light, dx, dy) * (inverse_sq * inverse_sq) * share;
+      const float factor = plane_cosines<flat>(pixel, light, way) * (inverse_sq * inverse_sq) * share;
       add_light(light, factor, sums[k]);
     }
   }

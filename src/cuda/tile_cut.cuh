@@ -464,8 +464,8 @@ class TileCut : TileLight<Visibility, crew> {
     return index;
   }
 
-  /// Keeps every n-th of the nodes that wait, n being the crew's blocks, at the stack's begin, and leaves the others to the crew's other blocks;
-  /// returns how many.
+  /// Keeps every n-th of the nodes that wait, n being the crew's blocks, at the stack's begin, and leaves the others to the
+  /// crew's other blocks; returns how many.
   __device__ int keep_share(int gone, int waiting) const {
     const int step = meeting_->blocks(), kept = (waiting - meeting_->rank() + step - 1) / step;
     for (int done = 0; done < kept; done += kTeam * 32) {

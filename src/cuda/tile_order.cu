@@ -1,8 +1,9 @@
+#include "cuda/tile_order.h"
+
 #include <cub/device/device_radix_sort.cuh>
 #include <utility>
 
 #include "cuda/executor.cuh"
-#include "cuda/packet_cut.h"
 
 namespace lightcuts::cuda {
 namespace {
@@ -35,7 +36,7 @@ void TileOrder::end() { std::swap(before_, now_); }
 
 TileList TileOrder::sorted(Device& device, const TileList& list) {
   const std::uint32_t n = list.count;
-  constexpr std::uint64_t needed = 16;  // bytes a tile
+  constexpr std::uint64_t needed = 16;  // bytes a tile: keys and tiles, both twice, and the sort's own
   if (known_ == nullptr || n < 2 || device.used() + needed * n > device.limit()) return list;
   DeviceBuffer<std::uint8_t> keys(device, n), sorted_keys(device, n);
   DeviceBuffer<std::uint32_t> tiles(device, n);

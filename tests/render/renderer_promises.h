@@ -51,12 +51,13 @@ class RendererSeries {
   StageRuns last_;
 };
 
-inline RenderOptions series_options(BackendKind backend, Visibility visibility) {
+/// @param small  as a checker wants it; so few VPLs that a change of materials often leaves their number as it was
+inline RenderOptions series_options(BackendKind backend, Visibility visibility, bool small = false) {
   RenderOptions options;
   options.backend = backend;
-  options.width = 40;
-  options.height = 30;
-  options.vpls.count = 800;
+  options.width = small ? 20 : 40;
+  options.height = small ? 15 : 30;
+  options.vpls.count = small ? 200 : 800;
   options.shade.method = Method::lightcuts;
   options.shade.visibility = visibility;
   options.shade.ism_size = 16;
@@ -71,8 +72,8 @@ inline Camera moved(Camera camera, float by) {
 
 /// What Renderer's description says is remade, on any backend.
 inline void expect_renderer_keeps_what_it_says(Scene scene, const Camera& camera, BackendKind backend,
-                                               Visibility visibility) {
-  RendererSeries series(std::move(scene), series_options(backend, visibility));
+                                               Visibility visibility, bool small = false) {
+  RendererSeries series(std::move(scene), series_options(backend, visibility, small));
   const bool by_maps = visibility == Visibility::ism;
   series.expect(camera, "first", 1, 1, 1);
   const std::uint64_t first_maps = series.maps;
@@ -132,8 +133,8 @@ inline void expect_renderer_keeps_what_it_says(Scene scene, const Camera& camera
 }
 
 /// With VPLs placed for the camera they follow it, and only then.
-inline void expect_vpls_follow_the_camera(Scene scene, const Camera& camera, BackendKind backend) {
-  RenderOptions options = series_options(backend, Visibility::rays);
+inline void expect_vpls_follow_the_camera(Scene scene, const Camera& camera, BackendKind backend, bool small = false) {
+  RenderOptions options = series_options(backend, Visibility::rays, small);
   options.vpls.placement = VplPlacement::camera;
   RendererSeries series(std::move(scene), options);
   series.expect(camera, "first", 1, 1, 1);
@@ -142,8 +143,8 @@ inline void expect_vpls_follow_the_camera(Scene scene, const Camera& camera, Bac
 }
 
 /// A picture that was stopped, or failed, does no harm to the next one.
-inline void expect_renderer_recovers(Scene scene, const Camera& camera, BackendKind backend) {
-  RendererSeries series(std::move(scene), series_options(backend, Visibility::ism));
+inline void expect_renderer_recovers(Scene scene, const Camera& camera, BackendKind backend, bool small = false) {
+  RendererSeries series(std::move(scene), series_options(backend, Visibility::ism, small));
   for (const char* stage : {"bvh", "vpls", "tree", "shade"}) {
     const RenderResult stopped =
         series.renderer().render(camera, [stage](const char* now, double) { return std::string(now) != stage; });

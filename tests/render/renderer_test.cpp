@@ -9,6 +9,7 @@ namespace {
 TEST(Renderer, KeepsWhatItSays) {
   for (const Visibility visibility : {Visibility::rays, Visibility::ism}) {
     test::expect_renderer_keeps_what_it_says(lit_room(), room_camera(), BackendKind::cpu, visibility);
+    test::expect_renderer_keeps_what_it_says(lit_room(), room_camera(), BackendKind::cpu, visibility, true);
   }
 }
 

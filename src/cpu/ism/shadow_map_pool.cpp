@@ -41,15 +41,23 @@ void ShadowMapPool::clear() {
   most_ = most();
   taken_ = 0;
   lost_ = 0;
+  free_.clear();
+  free_taken_ = 0;
 }
 
 void ShadowMapPool::forget(const LightIds& ids) {
+  free_.erase(free_.begin(), free_.begin() + static_cast<std::ptrdiff_t>(std::min(free_taken_.load(), free_.size())));
+  free_taken_ = 0;
   const auto forget_those = [this](LightKind kind, const std::vector<std::uint32_t>& lights) {
     for (const std::uint32_t light : lights) {
       Slot& slot = slot_of(kind, light);
-      if (slot.load(std::memory_order_relaxed) == kMissing) continue;
-      // The light has changed: whether it had two maps is not known any more.
-      lost_ += kind == LightKind::point ? 2 : 1;
+      const std::uint32_t place = slot.load(std::memory_order_relaxed);
+      if (place == kMissing) continue;
+      if (kind == LightKind::point) {
+        lost_ += 2;  // the light has changed: whether it had two maps is not known any more
+      } else {
+        free_.push_back(place);
+      }
       slot.store(kMissing, std::memory_order_relaxed);
     }
   };
@@ -119,6 +127,10 @@ void ShadowMapPool::make(LightKind kind, std::uint32_t light, int which, Place p
 }
 
 std::uint32_t ShadowMapPool::take(int count) const {
+  if (count == 1 && free_taken_.load(std::memory_order_relaxed) < free_.size()) {
+    const std::size_t next = free_taken_.fetch_add(1, std::memory_order_relaxed);
+    if (next < free_.size()) return free_[next];
+  }
   const std::size_t first = taken_.fetch_add(static_cast<std::size_t>(count), std::memory_order_relaxed);
   if (first + static_cast<std::size_t>(count) > room_) return kMissing;
   return static_cast<std::uint32_t>(first);
@@ -169,6 +181,16 @@ std::uint32_t ShadowMapPool::first_map(LightKind kind, std::uint32_t light) cons
 void ShadowMapPool::group_shares(const FlatReceivers& receivers, std::span<const std::uint32_t> vpls,
                                  float* share) const {
   GroupMap maps[kPacketSize];
+  if (divided_) {  // a map may take the place of the one before
+    for (std::size_t i = 0; i < vpls.size(); ++i) {
+      const Place place = own_map(LightKind::vpl, vpls[i], 0);
+      maps[0] = {place.blocks->record(place.at), place.blocks->codes(place.at)};
+      float one[kPacketSize];  // whole packets are written
+      maker_.look_up_group(receivers, maps, 1, one);
+      share[i] = one[0];
+    }
+    return;
+  }
   for (std::size_t i = 0; i < vpls.size(); ++i) {
     const Place place = place_of(first_map(LightKind::vpl, vpls[i]));
     maps[i] = {place.blocks->record(place.at), place.blocks->codes(place.at)};

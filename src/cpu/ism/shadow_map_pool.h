@@ -30,14 +30,14 @@ class ShadowMapPool final : public PacketVisibility {
   /// Throws PoolIsFull. A thread that needs a map which another is making waits for it.
   std::uint32_t shares(const VisibilityQuery& query, float* share) const override;
   [[nodiscard]] bool leaks() const override { return true; }
-  [[nodiscard]] bool knows_groups() const override { return maker_.options().depth_bits == 16 && !divided_; }
+  [[nodiscard]] bool knows_groups() const override { return maker_.options().depth_bits == 16; }
   void group_shares(const FlatReceivers& receivers, std::span<const std::uint32_t> vpls, float* share) const override;
 
   // Between lookups of all threads:
 
   /// Forgets all maps but keeps their memory.
   void clear();
-  /// Forgets the maps of some lights; their places stay taken until all are forgotten.
+  /// Forgets the maps of some lights. The places of point lights stay taken until all are forgotten.
   void forget(const LightIds& ids);
   /// Plans for another number of maps; false, and nothing changed, where those that are there would not fit.
   bool change_room(std::size_t room);
@@ -88,10 +88,12 @@ class ShadowMapPool final : public PacketVisibility {
   mutable std::unique_ptr<std::atomic<bool>[]> chunk_there_;
   mutable std::mutex chunk_mutex_;
   mutable std::atomic<std::size_t> taken_{0}, made_{0};
+  std::vector<std::uint32_t> free_;  ///< places of forgotten maps
+  mutable std::atomic<std::size_t> free_taken_{0};
   mutable std::atomic<std::uint64_t> making_ns_{0};
   mutable std::vector<std::uint64_t> owner_;  ///< divided: which map of which light each place holds
   std::size_t most_ = 0;
-  std::size_t lost_ = 0;  ///< places of forgotten maps
+  std::size_t lost_ = 0;  ///< places of forgotten maps that are not free
 };
 
 }  // namespace lightcuts

@@ -61,6 +61,7 @@ TEST_P(Vpls, AreTheCpusButForRounding) {
   const Scene scene = valid(make_builtin_scene(GetParam()));
   open(scene);
   for (const std::uint64_t count : {1, 100, 10007, 300000}) {
+    if (reduced() && count > 20000) break;
     VplOptions options;
     options.count = count;
     cpu->trace_vpls(options, {});
@@ -108,7 +109,8 @@ TEST_P(Pictures, OverTheSameLightsAgree) {
   const Scene scene = valid(make_builtin_scene(GetParam()));
   open(scene);
   VplOptions vpls;
-  vpls.count = 2000;
+  vpls.count = reduced() ? 200 : 2000;
+  const int width = reduced() ? 37 : 101, height = reduced() ? 25 : 67;
   cpu->trace_vpls(vpls, {});
   gpu->set_lights(cpu->lights());
   const Camera camera = select_camera(scene, "");
@@ -119,8 +121,8 @@ TEST_P(Pictures, OverTheSameLightsAgree) {
     options.method = Method::instant_radiosity;
     options.visibility = visibility;
     Statistics of_cpu, of_gpu;
-    const Image a = cpu->shade(camera, 101, 67, options, 0, of_cpu, {}).image;
-    const Image b = gpu->shade(camera, 101, 67, options, 0, of_gpu, {}).image;
+    const Image a = cpu->shade(camera, width, height, options, 0, of_cpu, {}).image;
+    const Image b = gpu->shade(camera, width, height, options, 0, of_gpu, {}).image;
     const Comparison difference = compare(b, a);
     std::printf("  %s, %s: relmse %.2e, clamped %.6f and %.6f\n", GetParam(),
                 visibility == Visibility::rays  ? "rays"
@@ -132,7 +134,7 @@ TEST_P(Pictures, OverTheSameLightsAgree) {
     EXPECT_EQ(of_gpu.pairs > 0, of_cpu.pairs > 0);
     // From run to run not a bit changes.
     Statistics again;
-    const Image c = gpu->shade(camera, 101, 67, options, 0, again, {}).image;
+    const Image c = gpu->shade(camera, width, height, options, 0, again, {}).image;
     for (std::size_t k = 0; k < b.channels.size(); ++k) EXPECT_EQ(b.channels[k].values, c.channels[k].values);
   }
 }
@@ -142,7 +144,7 @@ TEST_P(Pictures, OfPathsAgree) {
   open(scene);
   ShadeOptions options;
   options.method = Method::path;
-  options.samples = 64;
+  options.samples = reduced() ? 16 : 64;
   Statistics statistics;
   const Camera camera = select_camera(scene, "");
   const Image a = cpu->shade(camera, 48, 48, options, 0, statistics, {}).image;
@@ -156,6 +158,7 @@ INSTANTIATE_TEST_SUITE_P(Scenes, Pictures,
                          testing::Values("cornell", "study", "interior", "lamps?count=100", "furnace"));
 
 TEST_F(OnDevice, LightsAMillionVplsByMapsInBatches) {
+  if (reduced()) GTEST_SKIP() << "too long under a checker";
   const Scene scene = valid(make_builtin_scene("study"));
   const auto gpu = make_cuda_backend(0, 0);
   gpu->set_scene(scene, {});

@@ -29,7 +29,10 @@ struct Way {
   bool own_cuts = false;
   std::uint32_t heavy_work = 16384;
 };
-constexpr Way kWays[] = {{false, 16384}, {true, 16384}, {false, 1024}, {true, 1024}, {false, 64}, {true, 64}};
+std::vector<Way> ways() {
+  if (reduced()) return {{true, 16384}, {false, 64}};
+  return {{false, 16384}, {true, 16384}, {false, 1024}, {true, 1024}, {false, 64}, {true, 64}};
+}
 
 class Cuts : public OnDevice {
  protected:
@@ -102,13 +105,14 @@ class Cuts : public OnDevice {
 };
 
 TEST_F(Cuts, KeepTheirPromiseForAllKindsOfLight) {
+  const int many = reduced() ? 301 : 3001;
   for (const auto& [vpls, points, directionals] :
-       {std::array{1, 0, 0}, std::array{0, 1, 0}, std::array{0, 0, 1}, std::array{33, 0, 0}, std::array{3001, 0, 0},
-        std::array{0, 257, 64}, std::array{1500, 100, 31}}) {
+       {std::array{1, 0, 0}, std::array{0, 1, 0}, std::array{0, 0, 1}, std::array{33, 0, 0}, std::array{many, 0, 0},
+        std::array{0, 257, 64}, std::array{many / 2, 100, 31}}) {
     const Lights lights = test::mixed_lights(7, vpls, points, directionals);
     const LightTrees trees = build_light_trees(lights, 3, {}, {});
-    const Receivers at(8, 40);
-    for (const Way& way : kWays) {
+    const Receivers at(8, reduced() ? 6 : 40);
+    for (const Way& way : ways()) {
       const float error = way.own_cuts ? 0.02f : 0.01f;
       const CutResult got = cut(lights, trees, at, error, 0, way);
       expect_promise(lights, trees, at, got, static_cast<double>(error), 7);
@@ -122,7 +126,7 @@ TEST_F(Cuts, KeepTheirPromiseForAllKindsOfLight) {
 
 TEST_F(Cuts, OfChainsKeepTheirPromiseInABoundedStack) {
   // A tree as deep as it has lights.
-  Lights lights = test::mixed_lights(9, 3000, 0, 0);
+  Lights lights = test::mixed_lights(9, reduced() ? 150 : 3000, 0, 0);
   LightTree chain = build_light_trees(lights, 3, {}, {}).vpls;
   std::vector<LightNode> leaves;
   for (const LightNode& node : chain.nodes) {
@@ -151,18 +155,18 @@ TEST_F(Cuts, OfChainsKeepTheirPromiseInABoundedStack) {
   deep.depth = static_cast<std::uint32_t>(leaves.size());
   LightTrees trees;
   trees.vpls = deep;
-  const Receivers at(10, 6);
-  for (const Way& way : kWays) {
+  const Receivers at(10, reduced() ? 2 : 6);
+  for (const Way& way : ways()) {
     const CutResult got = cut(lights, trees, at, 0.02f, 0, way);
     expect_promise(lights, trees, at, got, 0.02, 5);
   }
 }
 
 TEST_F(Cuts, StayBelowTheLargestAllowed) {
-  const Lights lights = test::mixed_lights(11, 4000, 10, 10);
+  const Lights lights = test::mixed_lights(11, reduced() ? 600 : 4000, 10, 10);
   const LightTrees trees = build_light_trees(lights, 3, {}, {});
-  const Receivers at(12, 20);
-  for (const Way& way : kWays) {
+  const Receivers at(12, reduced() ? 2 : 20);
+  for (const Way& way : ways()) {
     const CutResult got = cut(lights, trees, at, 0.001f, 50, way);
     for (std::size_t i = 0; i < got.size.size(); ++i) {
       EXPECT_LE(got.size[i], 50u);
@@ -174,10 +178,10 @@ TEST_F(Cuts, StayBelowTheLargestAllowed) {
 }
 
 TEST_F(Cuts, AreTheSameTwice) {
-  const Lights lights = test::mixed_lights(13, 2000, 30, 10);
+  const Lights lights = test::mixed_lights(13, reduced() ? 500 : 2000, 30, 10);
   const LightTrees trees = build_light_trees(lights, 3, {}, {});
-  const Receivers at(14, 100);
-  for (const Way& way : kWays) {
+  const Receivers at(14, reduced() ? 3 : 100);
+  for (const Way& way : ways()) {
     const CutResult a = cut(lights, trees, at, 0.02f, 0, way), b = cut(lights, trees, at, 0.02f, 0, way);
     EXPECT_EQ(a.size, b.size);
     EXPECT_EQ(a.bound, b.bound);
@@ -202,18 +206,22 @@ TEST_P(CutPictures, AgreeWithAllLightsAndWithTheCpusCuts) {
   validate(scene);
   const auto cpu = make_cpu_backend(0), gpu = make_cuda_backend(0, 0);
   for (Backend* backend : {cpu.get(), gpu.get()}) backend->set_scene(scene, {});
+  const Camera camera = select_camera(scene, "");
   VplOptions vpls;
-  vpls.count = 3000;
+  vpls.count = reduced() ? 300 : 3000;
+  const auto shade = [&](Backend& backend, int width, int height, const ShadeOptions& how, Statistics& statistics) {
+    const int part = reduced() ? 3 : 1;
+    return backend.shade(camera, width / part, height / part, how, 0, statistics, {}).image;
+  };
   cpu->trace_vpls(vpls, {});
   gpu->set_lights(cpu->lights());
   cpu->build_light_tree({}, {});
   gpu->build_light_tree({}, {});
-  const Camera camera = select_camera(scene, "");
   for (const Visibility visibility : {Visibility::none, Visibility::rays}) {
     Statistics of_cpu, of_gpu, of_all, again;
-    const Image cut_by_cpu = cpu->shade(camera, 101, 67, options(Method::lightcuts, visibility), 0, of_cpu, {}).image;
-    const Image cut = gpu->shade(camera, 101, 67, options(Method::lightcuts, visibility), 0, of_gpu, {}).image;
-    const Image all = gpu->shade(camera, 101, 67, options(Method::instant_radiosity, visibility), 0, of_all, {}).image;
+    const Image cut_by_cpu = shade(*cpu, 101, 67, options(Method::lightcuts, visibility), of_cpu);
+    const Image cut = shade(*gpu, 101, 67, options(Method::lightcuts, visibility), of_gpu);
+    const Image all = shade(*gpu, 101, 67, options(Method::instant_radiosity, visibility), of_all);
     const Comparison to_all = compare(cut, all), cpu_to_all = compare(cut_by_cpu, all);
     std::printf("  %s, %s: cut %.0f (CPU %.0f), relmse %.2e (CPU %.2e), signed %.3f %% (CPU %.3f %%), rays %.1f M\n",
                 GetParam(), visibility == Visibility::rays ? "rays" : "none", of_gpu.cut.mean, of_cpu.cut.mean,
@@ -228,8 +236,8 @@ TEST_P(CutPictures, AgreeWithAllLightsAndWithTheCpusCuts) {
     heap.cut = CutWalk::heap;
     Statistics of_cpu_heap, of_gpu_heap;
     gpu->set_light_tree(cpu->light_trees());
-    const Image heap_a = cpu->shade(camera, 51, 33, heap, 0, of_cpu_heap, {}).image;
-    const Image heap_b = gpu->shade(camera, 51, 33, heap, 0, of_gpu_heap, {}).image;
+    const Image heap_a = shade(*cpu, 51, 33, heap, of_cpu_heap);
+    const Image heap_b = shade(*gpu, 51, 33, heap, of_gpu_heap);
     gpu->build_light_tree({}, {});
     const double heaps = compare(heap_b, heap_a).relmse;
     std::printf("    heaps: cut %.1f (CPU %.1f), relmse between both %.2e\n", of_gpu_heap.cut.mean,
@@ -239,20 +247,21 @@ TEST_P(CutPictures, AgreeWithAllLightsAndWithTheCpusCuts) {
     ASSERT_NE(find_channel(cut, "cut.size"), nullptr);
     ASSERT_NE(find_channel(cut, "cut.bound"), nullptr);
     for (const float bound : find_channel(cut, "cut.bound")->values) EXPECT_LE(bound, 0.02f);
-    const Image twice = gpu->shade(camera, 101, 67, options(Method::lightcuts, visibility), 0, again, {}).image;
+    const Image twice = shade(*gpu, 101, 67, options(Method::lightcuts, visibility), again);
     for (std::size_t k = 0; k < cut.channels.size(); ++k) EXPECT_EQ(cut.channels[k].values, twice.channels[k].values);
 
     // With hardly any error allowed, cuts are sums over all lights, but for the order.
     ShadeOptions strict = options(Method::lightcuts, visibility);
     strict.error = 1e-6f;
-    EXPECT_LT(compare(gpu->shade(camera, 51, 33, strict, 0, again, {}).image,
-                      gpu->shade(camera, 51, 33, options(Method::instant_radiosity, visibility), 0, again, {}).image)
+    EXPECT_LT(compare(shade(*gpu, 51, 33, strict, again),
+                      shade(*gpu, 51, 33, options(Method::instant_radiosity, visibility), again))
                   .relmse,
               1e-7);
   }
 }
 
 TEST_P(CutPictures, HaveCutsAsLargeAsOverTheCpusTree) {
+  if (reduced()) GTEST_SKIP() << "compares sizes, which are those of many lights";
   Scene scene = make_builtin_scene(GetParam());
   validate(scene);
   const auto cpu = make_cpu_backend(0), gpu = make_cuda_backend(0, 0);

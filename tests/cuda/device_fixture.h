@@ -3,11 +3,15 @@
 #include <cuda_runtime_api.h>
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <memory>
 
 #include "cuda/device.h"
 
 namespace lightcuts::cuda {
+
+/// True where a checker runs: sizes that still cross every branch.
+inline bool reduced() { return std::getenv("LIGHTCUTS_TEST_REDUCED") != nullptr; }
 
 /// Test on a GPU; skipped with a word where there is none.
 class OnDevice : public testing::Test {

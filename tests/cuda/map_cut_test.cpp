@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <cstdlib>
 
 #include "backend/backend.h"
 #include "backend/emitter_table.h"
@@ -19,9 +18,6 @@
 
 namespace lightcuts::cuda {
 namespace {
-
-/// True where a checker runs: sizes that still cross every branch.
-bool reduced() { return std::getenv("LIGHTCUTS_TEST_REDUCED") != nullptr; }
 
 Scene valid(const std::string& name) {
   Scene scene = make_builtin_scene(name);

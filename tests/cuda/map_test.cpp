@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <cstdlib>
 #include <cstring>
 #include <random>
 
@@ -22,9 +21,6 @@
 
 namespace lightcuts::cuda {
 namespace {
-
-/// True where a checker runs: sizes that still cross every branch.
-bool reduced() { return std::getenv("LIGHTCUTS_TEST_REDUCED") != nullptr; }
 
 template <class T>
 std::vector<T> fetch(const T* data, std::size_t count) {

@@ -96,7 +96,8 @@ class RaysOnScene : public OnDevice {
 
 std::uint32_t ray_count() {
   const char* words = std::getenv("LIGHTCUTS_TEST_RAYS");
-  return words != nullptr ? static_cast<std::uint32_t>(std::atol(words)) : 1000000;
+  if (words != nullptr) return static_cast<std::uint32_t>(std::atol(words));
+  return reduced() ? 20000 : 1000000;
 }
 
 TEST_F(RaysOnScene, Study) { compare(make_builtin_scene("study"), ray_count()); }

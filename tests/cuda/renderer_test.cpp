@@ -22,26 +22,27 @@ Scene valid(const char* name) {
 }
 
 TEST_F(OnDevice, RendererKeepsWhatItSays) {
-  for (const Visibility visibility : {Visibility::none, Visibility::rays, Visibility::ism}) {
+  for (const Visibility visibility : {Visibility::ism, Visibility::rays, Visibility::none}) {
+    if (reduced() && visibility != Visibility::ism) break;
     const Scene scene = valid("cornell");
-    test::expect_renderer_keeps_what_it_says(scene, select_camera(scene, ""), BackendKind::cuda, visibility);
+    test::expect_renderer_keeps_what_it_says(scene, select_camera(scene, ""), BackendKind::cuda, visibility, reduced());
   }
 }
 
 TEST_F(OnDevice, RendererLetsVplsFollowTheCamera) {
   const Scene scene = valid("study");
-  test::expect_vpls_follow_the_camera(scene, select_camera(scene, ""), BackendKind::cuda);
+  test::expect_vpls_follow_the_camera(scene, select_camera(scene, ""), BackendKind::cuda, reduced());
 }
 
 TEST_F(OnDevice, RendererRecoversFromWhatWasStoppedAndWhatFailed) {
   const Scene scene = valid("study");
-  test::expect_renderer_recovers(scene, select_camera(scene, ""), BackendKind::cuda);
+  test::expect_renderer_recovers(scene, select_camera(scene, ""), BackendKind::cuda, reduced());
 }
 
 TEST_F(OnDevice, TreesOfAllBuildersGivePictures) {
   const Scene scene = valid("study");
-  RenderOptions options = test::series_options(BackendKind::cuda, Visibility::none);
-  options.vpls.count = 3000;
+  RenderOptions options = test::series_options(BackendKind::cuda, Visibility::none, reduced());
+  options.vpls.count = reduced() ? 300 : 3000;
   for (const TreeBuilder builder : {TreeBuilder::agglomerative, TreeBuilder::ploc, TreeBuilder::morton}) {
     options.tree.builder = builder;
     options.backend = BackendKind::cuda;
@@ -70,7 +71,7 @@ class Capped : public OnDevice {
     const std::uint64_t peak = expected.statistics.memory_bytes.device_peak;
     int pictures = 0, refused = 0;
     const std::uint64_t most = std::max(2 * peak, std::uint64_t{64} << 20);
-    for (std::uint64_t bytes = 4096; bytes < most; bytes += bytes / 2) {
+    for (std::uint64_t bytes = reduced() ? 65536 : 4096; bytes <= most; bytes += reduced() ? 31 * bytes : bytes / 2) {
       RenderOptions options = uncapped;
       if (by_option) options.memory_bytes = bytes;
       const auto holder = cap(bytes);
@@ -92,18 +93,18 @@ class Capped : public OnDevice {
 
   static void all_methods(const std::function<std::unique_ptr<void, void (*)(void*)>(std::uint64_t)>& cap,
                           bool by_option) {
-    RenderOptions options = test::series_options(BackendKind::cuda, Visibility::ism);
+    RenderOptions options = test::series_options(BackendKind::cuda, Visibility::ism, reduced());
     expect_picture_or_sentence(options, "cuts by maps", cap, by_option);
     options.shade.cut = CutWalk::heap;
     expect_picture_or_sentence(options, "heaps by maps", cap, by_option);
     options.shade.method = Method::instant_radiosity;
     expect_picture_or_sentence(options, "all lights by maps", cap, by_option);
-    options = test::series_options(BackendKind::cuda, Visibility::rays);
+    options = test::series_options(BackendKind::cuda, Visibility::rays, reduced());
     expect_picture_or_sentence(options, "cuts by rays", cap, by_option);
     options.shade.method = Method::path;
     options.shade.samples = 1;
     expect_picture_or_sentence(options, "paths", cap, by_option);
-    options = test::series_options(BackendKind::cuda, Visibility::none);
+    options = test::series_options(BackendKind::cuda, Visibility::none, reduced());
     options.vpls.placement = VplPlacement::camera;
     expect_picture_or_sentence(options, "placed for the camera", cap, by_option);
   }

@@ -59,6 +59,7 @@ TEST_F(Trees, KeepTheirPromisesAtManySizes) {
   test::LightSamples samples(11);
   for (const Metric metric : {Metric::walter, Metric::distance_color_direction}) {
     for (const std::size_t n : {1, 2, 3, 31, 32, 33, 255, 256, 257, 1000, 20011}) {
+      if (reduced() && n > 1000) break;
       for (const auto& vpls : {samples.scattered(n), samples.on_walls(n), samples.with_ties(n)}) {
         Lights lights;
         lights.vpls = vpls;
@@ -72,7 +73,7 @@ TEST_F(Trees, AreThoseOfTheSerialExecutorButForRounding) {
   test::LightSamples samples(12);
   for (const Metric metric : {Metric::walter, Metric::distance, Metric::distance_direction}) {
     Lights lights;
-    lights.vpls = samples.on_walls(50000);
+    lights.vpls = samples.on_walls(reduced() ? 5000 : 50000);
     const LightTree gpu = build(lights, metric).vpls, cpu = by_serial_executor(lights.vpls, metric);
     const double equal = share_of_equal_nodes(gpu, cpu);
     std::printf("  metric %d: %.3f %% of the nodes are equal, depth %u and %u\n", static_cast<int>(metric), 100 * equal,
@@ -84,7 +85,7 @@ TEST_F(Trees, AreThoseOfTheSerialExecutorButForRounding) {
 TEST_F(Trees, OfAMillionLightsAreTheSameTwice) {
   test::LightSamples samples(13);
   Lights lights;
-  lights.vpls = samples.on_walls(1 << 20);
+  lights.vpls = samples.on_walls(reduced() ? 1 << 13 : 1 << 20);
   const LightTree a = build(lights).vpls, b = build(lights).vpls;
   EXPECT_TRUE(same_bits(a, b));
   std::printf("  depth %u; most memory %.1f MB\n", a.depth, static_cast<double>(device->peak()) / 1e6);

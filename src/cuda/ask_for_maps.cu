@@ -5,7 +5,7 @@
 namespace lightcuts::cuda {
 
 void ask_for_maps(Device& device, const MapSetView& maps, const WantedMaps& wanted, const PixelView& pixels,
-                  const CutJob& job, const TileList& list, const CutView& cuts) {
+                  const CutJob& job, const GroupList& list, const CutView& cuts) {
   if (maps.depth_bits == 32) {
     start_packets<false>(device, AskForMaps<std::uint32_t>{{maps, wanted}}, pixels, job, list, {}, cuts);
   } else {

@@ -15,6 +15,7 @@
 #include "backend/vpl_plan.h"
 #include "cuda/film.h"
 #include "cuda/packet_cut_by_maps.h"
+#include "cuda/picture_groups.h"
 #include "cuda/placement_kernels.h"
 #include "kernels/cut_criterion.h"
 #include "lightcuts/error.h"
@@ -414,17 +415,17 @@ bool CudaBackend::light_by_cuts(Shading& s) {
   }
   const SumView sums{s.film.light(), s.film.lost(), s.film.rays()};
   const bool complete =
-      s.options.cut == CutWalk::heap ? light_heaps(s, job, sums, cuts) : light_tiles(s, job, sums, cuts);
+      s.options.cut == CutWalk::heap ? light_heaps(s, job, sums, cuts) : light_groups(s, job, sums, cuts);
   if (complete) s.film.add_cuts();
   return complete;
 }
 
-/// Looks lights up from the pixels of a unit's tile; units are pixels or tiles.
-LookUpUnit CudaBackend::look_up_by(Shading& s, const CutJob& job, bool by_pixel) {
-  return [this, &s, &job, by_pixel](std::uint32_t unit, int kind, const std::uint32_t* ids, std::uint32_t count,
-                                    std::uint8_t* shares) {
-    look_up_tile(device_, light_maps_->view(), s.film.pixels(), job.lights, by_pixel ? unit / kTilePixels : unit, kind,
-                 ids, count, shares);
+/// Looks lights up from the pixels of a unit's tile.
+LookUpUnit CudaBackend::look_up_by(Shading& s, const CutJob& job, std::uint32_t units_of_tile) {
+  return [this, &s, &job, units_of_tile](std::uint32_t unit, int kind, const std::uint32_t* ids, std::uint32_t count,
+                                         std::uint8_t* shares) {
+    look_up_tile(device_, light_maps_->view(), s.film.pixels(), job.lights, unit / units_of_tile, kind, ids, count,
+                 shares);
   };
 }
 
@@ -447,59 +448,64 @@ bool CudaBackend::light_heaps(Shading& s, const CutJob& job, const SumView& sums
                         [&](double) { return s.go_on(device_); });
   };
   return light_in_rounds(device_, *light_maps_, job.trees, s.grid.slot_count(), kTilePixels,
-                         {light, look_up_by(s, job, true)}, go_on, s.map_rounds);
+                         {light, look_up_by(s, job, kTilePixels)}, go_on, s.map_rounds);
 }
 
-bool CudaBackend::light_tiles(Shading& s, const CutJob& job, const SumView& sums, const CutView& view) {
+bool CudaBackend::light_groups(Shading& s, const CutJob& pixel_job, const SumView& sums, const CutView& view) {
+  const PictureGroups groups(device_, s.film.pixels(), s.grid.tile_count);
+  CutJob job = pixel_job;
+  job.groups = groups.pixels();
   CutView cuts = view;
-  tile_order_.begin(device_, s.grid.tile_count);
-  cuts.cost = tile_order_.cost();
+  group_order_.begin(device_, s.grid.tile_count);
+  cuts.cost = group_order_.cost();
   const bool rays = s.options.visibility == Visibility::rays;
   // About a tenth of a second a launch on a slow GPU.
   const std::uint64_t pixels = (rays ? 100'000'000u : light_maps_ ? 1'000'000'000u : 2'000'000'000u) / kPlannedCut;
   const auto batch = static_cast<std::uint32_t>(pixels / kTilePixels);
   const auto go_on = [&](double part) { return s.go_on(device_, part); };
   if (light_maps_) {
-    DeviceBuffer<TileState> state(device_, s.grid.tile_count);
-    state.fill_bytes(0);
-    cuts.state = state.data();
-    const auto in_batches = [&](const UnitList& list, const auto& work) {
+    const std::uint32_t all = s.grid.tile_count * kTileGroups;
+    DeviceBuffer<LitBy> lit_by(device_, all);
+    lit_by.fill_bytes(0);
+    cuts.lit_by = lit_by.data();
+    const auto in_batches = [&](const UnitList& units, const auto& work) {
+      const GroupList list = units.units == nullptr ? groups.list() : GroupList{units.units, 0, units.count};
       for (std::uint32_t first = 0; first < list.count; first += batch) {
         const std::uint32_t count = std::min(batch, list.count - first);
-        work(tile_order_.sorted(
-            device_, {list.units == nullptr ? nullptr : list.units + first, list.units == nullptr ? first : 0, count}));
+        work(group_order_.sorted(device_, {list.groups + first, 0, count}));
         if (first + count < list.count && !s.go_on(device_)) return false;
       }
       return true;
     };
     const auto light = [&](const UnitList& list, const MissedList& missed) {
-      const bool complete = in_batches(list, [&](TileList tiles) {
-        tiles.missed = missed;
+      const bool complete = in_batches(list, [&](GroupList some) {
+        some.missed = missed;
         cut_by_packets(device_, light_maps_->view(), light_maps_->wanted(), light_maps_->table(), s.film.pixels(), job,
-                       tiles, sums, cuts);
+                       some, sums, cuts);
       });
-      tile_order_.use_this_picture();
+      group_order_.use_this_picture();
       return complete;
     };
     const auto ask = [&](const UnitList& list) {
-      const bool complete = in_batches(list, [&](const TileList& tiles) {
-        ask_for_maps(device_, light_maps_->view(), light_maps_->wanted(), s.film.pixels(), job, tiles, cuts);
+      const bool complete = in_batches(list, [&](const GroupList& some) {
+        ask_for_maps(device_, light_maps_->view(), light_maps_->wanted(), s.film.pixels(), job, some, cuts);
       });
-      tile_order_.use_this_picture();
+      group_order_.use_this_picture();
       return complete;
     };
-    const bool complete = light_in_rounds(device_, *light_maps_, job.trees, s.grid.tile_count, 1,
-                                          {light, look_up_by(s, job, false), ask}, go_on, s.map_rounds);
-    tile_order_.end();
+    const bool complete = light_in_rounds(device_, *light_maps_, job.trees, all, kTileGroups,
+                                          {light, look_up_by(s, job, kTileGroups), ask}, go_on, s.map_rounds);
+    group_order_.end();
     return complete;
   }
-  for (std::uint32_t first = 0; first < s.grid.tile_count; first += batch) {
-    const std::uint32_t last = std::min(s.grid.tile_count, first + batch);
-    const TileList tiles = tile_order_.sorted(device_, {nullptr, first, last - first});
-    cut_by_packets(device_, s.traced, s.film.pixels(), job, rays, tiles, sums, cuts);
-    if (last < s.grid.tile_count && !go_on(static_cast<double>(last) / s.grid.tile_count)) return false;
+  const GroupList list = groups.list();
+  for (std::uint32_t first = 0; first < list.count; first += batch) {
+    const std::uint32_t last = std::min(list.count, first + batch);
+    const GroupList some = group_order_.sorted(device_, {list.groups + first, 0, last - first});
+    cut_by_packets(device_, s.traced, s.film.pixels(), job, rays, some, sums, cuts);
+    if (last < list.count && !go_on(static_cast<double>(last) / list.count)) return false;
   }
-  tile_order_.end();
+  group_order_.end();
   return true;
 }
 

@@ -6,13 +6,13 @@
 #include "cuda/device.h"
 #include "cuda/device_emitters.h"
 #include "cuda/device_scene.h"
+#include "cuda/group_order.h"
 #include "cuda/heap_cut.h"
 #include "cuda/light_by_maps.h"
 #include "cuda/light_maps.h"
 #include "cuda/light_tree.h"
 #include "cuda/map_rounds.h"
 #include "cuda/sum_kernels.h"
-#include "cuda/tile_order.h"
 #include "cuda/vpl_kernels.h"
 
 namespace lightcuts::cuda {
@@ -55,9 +55,9 @@ class CudaBackend final : public Backend {
   bool shade_lights(Shading& shading);
   bool light_sample(Shading& shading);
   bool light_by_cuts(Shading& shading);
-  bool light_tiles(Shading& shading, const CutJob& job, const SumView& sums, const CutView& cuts);
+  bool light_groups(Shading& shading, const CutJob& job, const SumView& sums, const CutView& cuts);
   bool light_heaps(Shading& shading, const CutJob& job, const SumView& sums, const CutView& cuts);
-  LookUpUnit look_up_by(Shading& shading, const CutJob& job, bool by_pixel);
+  LookUpUnit look_up_by(Shading& shading, const CutJob& job, std::uint32_t units_of_tile);
   void drop_maps();
   template <class Stage>
   auto beside_maps(Stage stage);
@@ -79,7 +79,7 @@ class CudaBackend final : public Backend {
   StageTimes times_;
   StageCounts counts_;
   std::uint32_t heap_batch_ = kHeapBatch;
-  TileOrder tile_order_;
+  GroupOrder group_order_;
 };
 
 }  // namespace lightcuts::cuda

@@ -52,11 +52,12 @@ class LightMaps {
 
   /// Makes the maps that are wanted, and forgets the wishes; false where there is no room for them: none is made then.
   bool add_wanted();
-  /// Makes the maps of the trees' upper levels, once until others are announced; false where there is no room for them.
-  bool add_upper_levels(const TreeViews& trees);
-  /// Whether no maps but theirs are there.
-  [[nodiscard]] bool has_upper_levels_only() const { return maps_->count() <= upper_level_maps_; }
-  void trees_changed() { has_upper_levels_ = false; }
+  /// Makes the first maps, once until other trees or lights are announced: of the trees' upper levels, or of all lights where
+  /// they are so few that to find out which are wanted would take longer. False where there is no room for them.
+  bool add_first(const TreeViews& trees);
+  /// Whether hardly any of the maps that will be wanted are there.
+  [[nodiscard]] bool has_hardly_any() const { return !has_all_ && maps_->count() <= first_maps_; }
+  void trees_changed() { has_first_ = false; }
   /// Takes other lights, as many of each kind; see DeviceMaps::replace_lights.
   void replace_lights(const LightArrays& lights);
   /// Forgets all maps.
@@ -88,14 +89,17 @@ class LightMaps {
   static std::uint64_t fixed_bytes(const Device& device, const MapOptions& options, const LightArrays& lights);
 
  private:
+  [[nodiscard]] std::uint64_t most_maps() const;
   [[nodiscard]] std::uint32_t plan_room(std::uint64_t budget) const;
   bool make_room(std::uint64_t maps);
 
+  void want_all();
   void want_upper_levels(const TreeViews& trees);
   std::uint32_t list_wanted(int kind, DeviceBuffer<std::uint32_t>& ids);
 
-  bool has_upper_levels_ = false;
-  std::uint32_t upper_level_maps_ = 0;
+  bool has_first_ = false, has_all_ = false;
+  std::uint32_t first_maps_ = 0;  ///< made by add_first when there were none
+  std::uint32_t dead_ = 0;        ///< places of maps of lights that moved
   DeviceBuffer<std::uint32_t> rows_;
   DeviceBuffer<std::uint8_t> shares_;
   std::uint32_t row_count_ = 0;

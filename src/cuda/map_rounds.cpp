@@ -24,7 +24,7 @@ class Rounds {
         missed_count_(device, 1) {}
 
   bool run() {
-    if (maps_.add_upper_levels(trees_) || start_over()) {
+    if (maps_.add_first(trees_) || start_over()) {
       if (!ask()) return false;
       const Outcome outcome = light({nullptr, all_});
       return outcome == Outcome::no_room ? run_in_batches(fetch_left()) : outcome == Outcome::lit;
@@ -37,15 +37,15 @@ class Rounds {
  private:
   enum class Outcome { lit, stopped, no_room };
 
-  /// Forgets all maps but the upper levels'; false where not even those fit.
+  /// Forgets all maps but the first; false where not even those fit.
   bool start_over() {
     maps_.clear();
-    return maps_.add_upper_levels(trees_);
+    return maps_.add_first(trees_);
   }
 
   /// Makes most of the maps that will be wanted, where there are hardly any; false to stop.
   bool ask() {
-    if (!work_.ask || !maps_.has_upper_levels_only()) return true;
+    if (!work_.ask || !maps_.has_hardly_any()) return true;
     if (!work_.ask({nullptr, all_})) return false;
     maps_.add_wanted();  // if they fit; perhaps fewer are wanted in the end
     return true;

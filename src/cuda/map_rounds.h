@@ -7,14 +7,14 @@
 
 namespace lightcuts::cuda {
 
-/// Parts of a picture: those named (in the device's memory), or, where `units` is null, the first `count`.
+/// Parts of a picture: those named (in the device's memory), or, where `units` is null, all.
 struct UnitList {
   const std::uint32_t* units = nullptr;
   std::uint32_t count = 0;
 };
 
-/// Lights units with the maps that there are. A unit that misses a map marks it as wanted and goes to `missed`; what of it missed
-/// none may be kept (CutView::state tells which part), all else is left as it was. Returns false to stop.
+/// Lights units with the maps that there are. A unit that misses a map marks it as wanted, goes to `missed`, and is left
+/// as it was. Returns false to stop.
 using LightUnits = std::function<bool(const UnitList& units, const MissedList& missed)>;
 
 /// Looks up the lights ids[0 .. count) of a kind, which have maps, from all pixels of a unit's tile; see look_up_tile.
@@ -37,10 +37,10 @@ struct UnitWork {
 /// the lights that any of them missed, and the units that missed one are lit again, until none misses any: what is kept of
 /// a unit has seen every light of its cuts through its map, so that the promise holds against the shadowed total, and the
 /// picture does not depend on which maps there were. The upper levels'
-/// lights, from which a pixel's total is guessed, have maps from the start. Where not all maps fit into the memory at once,
+/// lights, from which a pixel's total is guessed, have maps from the start, and so have all where they are few. Where not all maps fit into the memory at once,
 /// units are lit in batches; and where those of a single unit do not, what its lights leave at its pixels is looked up some
 /// maps at a time and remembered instead, a byte a pixel.
-/// @param units_of_tile  units that lie in one tile: 1 where they are tiles, 32 where they are pixels
+/// @param units_of_tile  units that lie in one tile, whether they exist or not: its groups, or its pixels
 /// `go_on(done)`, done in [0, 1], is asked between rounds; returns false where it said stop. `rounds` receives how many
 /// there were. Throws Error{out_of_memory} where not even that fits.
 bool light_in_rounds(Device& device, LightMaps& maps, const TreeViews& trees, std::uint32_t count,

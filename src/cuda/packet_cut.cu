@@ -25,15 +25,15 @@ class RememberedRaysBuffer {
 }  // namespace
 
 void cut_by_packets(Device& device, const TracedScene& traced, const PixelView& pixels, const CutJob& job,
-                    bool shadow_rays, const TileList& tiles, const SumView& sums, const CutView& cuts) {
+                    bool shadow_rays, const GroupList& list, const SumView& sums, const CutView& cuts) {
   if (shadow_rays) {
     const RememberedRaysBuffer remembered(device);
     const SeeByRays see{{traced.scene, traced.bvh}, remembered.view()};
-    start_packets<false>(device, see, pixels, job, tiles, sums, cuts);
+    start_packets<false>(device, see, pixels, job, list, sums, cuts);
   } else if (cuts.listing.nodes != nullptr) {
-    list_packets(device, pixels, job, tiles, sums, cuts);
+    list_packets(device, pixels, job, list, sums, cuts);
   } else {
-    start_packets<false>(device, SeeAll{}, pixels, job, tiles, sums, cuts);
+    start_packets<false>(device, SeeAll{}, pixels, job, list, sums, cuts);
   }
 }
 

@@ -30,12 +30,14 @@ struct CutListing {
   bool own_cuts = false;  ///< as where looking at a light is dear
 };
 
-/// Tiles of which groups of pixels are to be lit by a crew, in no order.
-struct TileQueue {
+/// Groups that a tile's pixels form at most. Group k of tile t has the number t * kTileGroups + k, whether it exists or not.
+inline constexpr std::uint32_t kTileGroups = 4;
+
+/// Groups of pixels that are to be lit by a crew, in no order.
+struct GroupQueue {
   struct Entry {
-    std::uint32_t tile;
-    std::uint32_t todo;    ///< the groups' pixels
-    std::uint32_t missed;  ///< those of groups that miss maps, of which the list knows
+    std::uint32_t group;
+    bool missed;  ///< it misses maps, of which the list knows
   };
   Entry* entries = nullptr;  ///< with room for all
   std::uint32_t* count = nullptr;
@@ -44,12 +46,8 @@ struct TileQueue {
 #endif
 };
 
-/// What earlier rounds found out about a tile, a bit a pixel.
-struct TileState {
-  std::uint32_t lit = 0;             ///< done, to be left alone
-  std::uint32_t for_crew = 0;        ///< of groups that are too much for a warp
-  std::uint32_t for_large_crew = 0;  ///< of those too much for a crew
-};
+/// Who lights a group of pixels.
+enum class LitBy : std::uint8_t { warp, crew, large_crew };
 
 /// What a cut leaves of each pixel, beside SumView.
 struct CutView {
@@ -58,10 +56,10 @@ struct CutView {
   std::uint8_t* at_limit;         ///< the largest cut came before the promised bound
   CutCounts* counts;              ///< null: not wanted
   std::uint32_t* used[kKinds];    ///< a bit a light that represents a node of some cut; null: not wanted
-  std::uint32_t* cost = nullptr;  ///< of each tile: what its dearest run took, in node tests; null: not wanted
-  TileState* state = nullptr;  ///< of each tile, needed where tiles are lit in rounds; null: all of each is to be lit
-  CutListing listing = {};     ///< only without shadow rays
-  TileQueue left = {};         ///< for what is left to a crew, or a larger one; without memory: nothing is
+  std::uint32_t* cost = nullptr;  ///< of each group: what its dearest run took, in node tests; null: not wanted
+  LitBy* lit_by = nullptr;        ///< of each group, as far as earlier rounds found out; null: there are none
+  CutListing listing = {};        ///< only without shadow rays
+  GroupQueue left = {};           ///< for what is left to a crew, or a larger one; without memory: nothing is
 };
 
 /// Receives the numbers of what has to be lit again, for want of shadow maps; in no order.
@@ -73,14 +71,14 @@ struct MissedList {
 #endif
 };
 
-/// Tiles to light: those named, or, where `tiles` is null, `count` from the first on.
-struct TileList {
-  const std::uint32_t* tiles = nullptr;
+/// Groups to light: those named, or, where `groups` is null, `count` from the first on.
+struct GroupList {
+  const std::uint32_t* groups = nullptr;
   std::uint32_t first = 0, count = 0;
   MissedList missed = {};
 
-  [[nodiscard]] LC_FN std::uint32_t tile(std::uint32_t place) const {
-    return tiles != nullptr ? tiles[place] : first + place;
+  [[nodiscard]] LC_FN std::uint32_t group(std::uint32_t place) const {
+    return groups != nullptr ? groups[place] : first + place;
   }
 };
 
@@ -103,17 +101,18 @@ struct CutJob {
   const Occluder* occluders = nullptr;
   std::uint32_t occluder_count = 0;
   Box scene_bounds = {};
+  const std::uint32_t* groups = nullptr;  ///< of each group its pixels, a bit each; 0: there is none
 };
 
-/// Lights the pixels of tiles by cuts that groups of a warp's pixels share.
+/// Lights groups of a tile's pixels by cuts that they share.
 ///
-/// The pixels of a tile that lie on one surface form a group. A warp walks the trees for a group with a node a lane,
+/// The pixels of a tile that lie on one surface form a group (see PictureGroups). A warp walks the trees for a group with a node a lane,
 /// against the group's box, cone of normals and smallest threshold; nodes whose bound is small enough for all of its
 /// pixels go to a list, and when that is full each lane sums the list for its pixel. Thresholds come from an estimate of
 /// the pixels' totals by the trees' upper levels; pixels whose total then turns out too small for the largest bound walk
 /// again, so in the end the promise holds for each. Groups that test very many nodes are left to several blocks, which
 /// share out what waits, and those that are too much for these to many. Sums are in a fixed order.
 void cut_by_packets(Device& device, const TracedScene& traced, const PixelView& pixels, const CutJob& job,
-                    bool shadow_rays, const TileList& tiles, const SumView& sums, const CutView& cuts);
+                    bool shadow_rays, const GroupList& list, const SumView& sums, const CutView& cuts);
 
 }  // namespace lightcuts::cuda

@@ -33,7 +33,7 @@ void look_up_tile(Device& device, const MapSetView& maps, const PixelView& pixel
 }
 
 void cut_by_packets(Device& device, const MapSetView& maps, const WantedMaps& wanted, const ShareTable& table,
-                    const PixelView& pixels, const CutJob& job, const TileList& list, const SumView& sums,
+                    const PixelView& pixels, const CutJob& job, const GroupList& list, const SumView& sums,
                     const CutView& cuts) {
   const auto start = [&](const auto& see) { start_packets<false>(device, see, pixels, job, list, sums, cuts); };
   if (cuts.listing.nodes != nullptr) {

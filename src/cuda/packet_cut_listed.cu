@@ -12,8 +12,8 @@ struct SeeAllOneByOne : SeeAll {
 
 }  // namespace
 
-void list_packets(Device& device, const PixelView& pixels, const CutJob& job, const TileList& list, const SumView& sums,
-                  const CutView& cuts) {
+void list_packets(Device& device, const PixelView& pixels, const CutJob& job, const GroupList& list,
+                  const SumView& sums, const CutView& cuts) {
   if (cuts.listing.own_cuts) {
     start_packets<true>(device, SeeAllOneByOne{}, pixels, job, list, sums, cuts);
   } else {
@@ -22,7 +22,7 @@ void list_packets(Device& device, const PixelView& pixels, const CutJob& job, co
 }
 
 void list_packets_by_maps(Device& device, const MapSetView& maps, const WantedMaps& wanted, const PixelView& pixels,
-                          const CutJob& job, const TileList& list, const SumView& sums, const CutView& cuts) {
+                          const CutJob& job, const GroupList& list, const SumView& sums, const CutView& cuts) {
   start_packets<true>(device, SeeByMaps<std::uint16_t, 0>{maps, wanted}, pixels, job, list, sums, cuts);
 }
 

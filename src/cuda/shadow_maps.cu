@@ -293,23 +293,32 @@ struct ForgetMoved {
   const Light* before;
   const Light* now;
   std::uint32_t* slots;
+  std::uint32_t* forgotten;
   __device__ void operator()(std::uint32_t i) const {
-    if (!same_place(before[i], now[i])) slots[i] = kNone;
+    if (slots[i] == kNone || same_place(before[i], now[i])) return;
+    slots[i] = kNone;
+    atomicAdd(forgotten, 1u);
   }
 };
 
 }  // namespace
 
-void DeviceMaps::replace_lights(const LightArrays& lights) {
+std::uint32_t DeviceMaps::replace_lights(const LightArrays& lights) {
   CudaExecutor executor(*device_);
+  DeviceBuffer<std::uint32_t> count(*device_, 1);
+  count.fill_bytes(0);
   std::uint32_t* const slots = slots_.data();
-  executor.for_each(lights.vpl_count, ForgetMoved<Vpl>{lights_.vpls, lights.vpls, slots});
+  executor.for_each(lights.vpl_count, ForgetMoved<Vpl>{lights_.vpls, lights.vpls, slots, count.data()});
   executor.for_each(lights.point_count,
-                    ForgetMoved<PointLight>{lights_.points, lights.points, slots + lights.vpl_count});
+                    ForgetMoved<PointLight>{lights_.points, lights.points, slots + lights.vpl_count, count.data()});
   executor.for_each(lights.directional_count,
                     ForgetMoved<DirectionalLight>{lights_.directionals, lights.directionals,
-                                                  slots + lights.vpl_count + lights.point_count});
+                                                  slots + lights.vpl_count + lights.point_count, count.data()});
   lights_ = lights;
+  std::uint32_t forgotten = 0;
+  count.download(&forgotten, 1);
+  device_->synchronize();
+  return forgotten;
 }
 
 void DeviceMaps::renew(std::uint32_t capacity) {

@@ -32,16 +32,14 @@ inline constexpr std::uint32_t kLongWalk = 4;
 inline constexpr int kMostRounds = 16;
 /// Nodes that wait, for each block of a crew, from which on they are shared out.
 inline constexpr int kSharedNodes = 64;
-/// Groups of a tile; what is left over is a group by itself, however scattered.
-inline constexpr int kMostGroups = 4;
 
-/// What is left of a tile, by pixels; all others that see something are lit.
-struct TileRest {
-  unsigned heavy = 0;   ///< of groups that are too much for the warp, or the crew
-  unsigned missed = 0;  ///< of groups whose lights could not all be looked at (maps missing), heavy ones too
+/// Why a group is not lit, if it is not.
+struct GroupRest {
+  bool heavy = false;   ///< it is too much for the warp, or the crew
+  bool missed = false;  ///< not all of its lights could be looked at (maps missing); it may be heavy, too
 };
 
-/// Lights a tile's 32 pixels, one a lane of each warp of the crew.
+/// Lights a group of a tile's pixels, a pixel a lane of each warp of the crew.
 ///
 /// Where Visibility::own_cuts, a node that the group as a whole refuses is tested for each pixel too: every pixel has a
 /// cut of its own then.
@@ -61,46 +59,33 @@ class TileCut : TileLight<Visibility, crew> {
                      const RememberedRays& remembered, Meeting* meeting = nullptr)
       : Base(job, visibility, cuts, space, remembered, meeting) {}
 
-  /// Lights the groups among the pixels `todo`, those that a crew finishes as it does, and so whatever became of others before.
-  /// Nothing is written of groups that are left.
-  /// @param missed  pixels of groups that miss lights: they are walked only to find out which others they will miss
-  __device__ TileRest run(const PixelView& pixels, const SumView& sums, std::uint32_t slot, unsigned todo,
-                          unsigned missed) {
+  /// Lights a group, unless it is left: then nothing is written of it. Of its tile's pixels that see nothing the first group says
+  /// so.
+  /// @param missed  it misses lights: it is walked only to find out which others it will miss
+  __device__ GroupRest run(const PixelView& pixels, const SumView& sums, std::uint32_t group, bool missed) {
+    tile_ = group / kTileGroups;
+    const std::uint32_t slot = tile_ * kTilePixels + static_cast<std::uint32_t>(lane_);
     this->open_pixel(pixels, slot);
-    tile_ = slot / kTilePixels;
-    const bool sees = mine_;
-    TileRest rest;
-    std::uint32_t cost = 0;
-    unsigned waiting = __ballot_sync(kAllLanes, sees), lit = 0;
-    for (int number = 1; waiting != 0; ++number) {
-      const unsigned group = number < kMostGroups ? like_first(waiting) : waiting;
-      waiting &= ~group;
-      if ((group & todo) == 0) continue;
-      missed_ = (missed & group) != 0;
-      pairs_ = visits_ = looks_ = 0;
-      const std::uint32_t walks = walks_;
-      light_group(group);
-      cost += work();
-      if (missed_) rest.missed |= group;
-      if (heavy_) rest.heavy |= group;
-      if (missed_ || heavy_ || Visibility::asks) continue;
-      lit |= group;
-      if (cuts_.counts != nullptr) add_counts(walks_ - walks);
-    }
+    if (!mine_ && group % kTileGroups == 0 && !kTeamed && !Visibility::asks) leave_cut(slot, 0, 0, false);
+    const unsigned lanes = job_.groups[group];
+    if (lanes == 0) return {};
+    missed_ = missed;
+    light_group(lanes);
     if (cuts_.cost != nullptr && warp_ == 0 && lane_ == 0) {
+      std::uint32_t cost = work();
       if constexpr (kTeamed) cost *= static_cast<std::uint32_t>(meeting_->blocks());
-      cuts_.cost[tile_] = max_of(cuts_.cost[tile_], cost);
+      cuts_.cost[group] = max_of(cuts_.cost[group], cost);
     }
-    if (Visibility::asks || (kTeamed && warp_ > 0)) return rest;
-    if (!sees && !kTeamed) leave_cut(slot, 0, 0, false);
-    if ((lit >> lane_ & 1u) != 0) {
+    if (missed_ || heavy_ || Visibility::asks) return {heavy_, missed_};
+    if (cuts_.counts != nullptr) add_counts();
+    if (kTeamed && warp_ > 0) return {};
+    if ((lanes >> lane_ & 1u) != 0) {
       sums.light[slot] += light_;
       sums.lost[slot] += lost_;
       sums.rays[slot] += rays_;
       leave_cut(slot, size_, bound_, at_limit_);
     }
-    if (cuts_.state != nullptr && lane_ == 0) cuts_.state[tile_].lit |= lit;
-    return rest;
+    return {};
   }
 
  private:
@@ -127,16 +112,7 @@ class TileCut : TileLight<Visibility, crew> {
     }
   }
 
-  // --- Groups ---
-
-  /// Of the waiting pixels, those on the same surface as the first.
-  __device__ unsigned like_first(unsigned waiting) const {
-    const int leader = __ffs(static_cast<int>(waiting)) - 1;
-    const Vec3 normal = from_lane(ns(), leader), way = position_ - from_lane(position_, leader);
-    const float off = fabsf(dot(normal, way));
-    const bool alike = dot(normal, ns()) > 0.9f && off * off <= 0.1f * dot(way, way) + 1e-12f;
-    return __ballot_sync(kAllLanes, alike) & waiting;
-  }
+  // --- The group ---
 
   __device__ void gather_group(unsigned lanes, bool first) {
     const bool in = (lanes >> lane_ & 1u) != 0;
@@ -564,7 +540,7 @@ class TileCut : TileLight<Visibility, crew> {
   }
 
   /// Of a group.
-  __device__ void add_counts(std::uint32_t walks) const {
+  __device__ void add_counts() const {
     std::uint32_t pairs = pairs_;
     for (int step = 16; step > 0; step /= 2) pairs += __shfl_xor_sync(kAllLanes, pairs, step);
     if (lane_ != 0) return;
@@ -572,7 +548,7 @@ class TileCut : TileLight<Visibility, crew> {
     if (kTeamed && threadIdx.x != 0) return;
     atomicAdd(&cuts_.counts->visits, static_cast<unsigned long long>(visits_));
     if (warp_ != 0) return;
-    atomicAdd(&cuts_.counts->walks, static_cast<unsigned long long>(walks));
+    atomicAdd(&cuts_.counts->walks, static_cast<unsigned long long>(walks_));
     atomicAdd(&cuts_.counts->groups, 1ull);
   }
 

@@ -6,6 +6,7 @@
 #include "cuda/device_lights.h"
 #include "cuda/film.h"
 #include "cuda/packet_cut.h"
+#include "cuda/picture_groups.h"
 #include "cuda/receivers.h"
 #include "cut/cut_scene.h"
 #include "lightcuts/compare.h"
@@ -44,6 +45,7 @@ class Cuts : public OnDevice {
     const DeviceTrees sent_trees = upload_light_trees(*device, trees, sent);
     const auto position = send(*device, at.position), ns = send(*device, at.ns), ng = send(*device, at.ng),
                albedo = send(*device, at.albedo);
+    const PixelView pixels{position.data(), ns.data(), ng.data(), albedo.data(), nullptr, nullptr};
     const std::size_t n = at.position.size();
     const auto light = cleared<Vec3T<double>>(*device, n);
     const auto lost = cleared<double>(*device, n);
@@ -56,6 +58,7 @@ class Cuts : public OnDevice {
     const auto listed_count = cleared<std::uint32_t>(*device, 1);
     CutView view{size.data(), bound.data(), at_limit.data(), counts.data(), {}};
     view.listing = {listed.data(), listed_count.data(), kMostListed, way.own_cuts};
+    const PictureGroups groups(*device, pixels, at.tiles());
     CutJob job{sent_trees.view(),
                {sent.vpls.data(), sent.points.data(), sent.directionals.data(), sent.vpl_count, sent.point_count,
                 sent.directional_count},
@@ -63,8 +66,8 @@ class Cuts : public OnDevice {
                error,
                max_cut,
                way.heavy_work};
-    cut_by_packets(*device, {}, {position.data(), ns.data(), ng.data(), albedo.data(), nullptr, nullptr}, job, false,
-                   {nullptr, 0, at.tiles()}, {light.data(), lost.data(), rays.data()}, view);
+    job.groups = groups.pixels();
+    cut_by_packets(*device, {}, pixels, job, false, groups.list(), {light.data(), lost.data(), rays.data()}, view);
     CutResult result{fetch(light), fetch(size), fetch(bound), fetch(at_limit), {}, fetch(counts)[0]};
     const std::uint32_t found = fetch(listed_count)[0];
     EXPECT_LT(found, kMostListed);

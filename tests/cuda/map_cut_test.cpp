@@ -11,6 +11,7 @@
 #include "cuda/device_scene.h"
 #include "cuda/map_rounds.h"
 #include "cuda/packet_cut_by_maps.h"
+#include "cuda/picture_groups.h"
 #include "cuda/receivers.h"
 #include "lightcuts/compare.h"
 #include "lightcuts/error.h"
@@ -256,12 +257,15 @@ TEST_F(OnDevice, CutsByMapsKeepTheirPromiseAgainstTheShadowedTotal) {
     constexpr std::uint32_t kMostListed = 4'000'000;
     const DeviceBuffer<ListedNode> listed(*device, kMostListed);
     auto listed_count = cleared<std::uint32_t>(*device, 1);
-    const auto state = cleared<TileState>(*device, at.tiles());
+    const std::uint32_t all = at.tiles() * kTileGroups;
+    const auto lit_by = cleared<LitBy>(*device, all);
     CutView view{size.data(), bound.data(), at_limit.data(), nullptr, {}};
-    view.state = state.data();
+    view.lit_by = lit_by.data();
     view.listing = {listed.data(), listed_count.data(), kMostListed, false};
-    const CutJob job{sent_trees.view(), arrays_of_lights, kMinDistance, kError, 0, heavy_work};
+    CutJob job{sent_trees.view(), arrays_of_lights, kMinDistance, kError, 0, heavy_work};
     const PixelView pixels{position.data(), ns.data(), ng.data(), albedo.data(), nullptr, nullptr};
+    const PictureGroups groups(*device, pixels, at.tiles());
+    job.groups = groups.pixels();
     const SumView sums{light.data(), lost.data(), rays.data()};
     std::vector<std::uint32_t> last_list;
     std::vector<ListedNode> nodes;
@@ -282,12 +286,12 @@ TEST_F(OnDevice, CutsByMapsKeepTheirPromiseAgainstTheShadowedTotal) {
       nodes.insert(nodes.end(), now.begin(), now.end());
       return true;
     };
-    const auto look_up = [&](std::uint32_t tile, int kind, const std::uint32_t* ids, std::uint32_t count,
+    const auto look_up = [&](std::uint32_t unit, int kind, const std::uint32_t* ids, std::uint32_t count,
                              std::uint8_t* shares) {
-      look_up_tile(*device, maps.view(), pixels, arrays_of_lights, tile, kind, ids, count, shares);
+      look_up_tile(*device, maps.view(), pixels, arrays_of_lights, unit / kTileGroups, kind, ids, count, shares);
     };
     ASSERT_TRUE(light_in_rounds(
-        *device, maps, job.trees, at.tiles(), 1, {light_units, look_up}, [](double) { return true; }, rounds));
+        *device, maps, job.trees, all, kTileGroups, {light_units, look_up}, [](double) { return true; }, rounds));
     const std::vector<test::CutNodes> cuts = last_walks(nodes, n);
     const FetchedMaps fetched(maps, lights);
     const auto bounds_found = fetch(bound);

@@ -11,7 +11,7 @@ namespace lightcuts::cuda {
 /// @tparam Size  of maps, 0: as they say
 template <class Depth, int Size>
 struct SeeByMaps {
-  static constexpr bool shadows = true, own_cuts = false, traces = false, asks = false;
+  static constexpr bool shadows = true, own_cuts = false, traces = false, by_maps = true, asks = false;
   static constexpr int look_tests = 2, most_umbras = 16;
   static constexpr float first_caution = 0.9f, least_occluder = kLeastOccluderByMaps;
   using Group = FlatReceivers;
@@ -38,6 +38,11 @@ struct SeeByMaps {
     wanted.mark(kind, light);
     staged.share = guess;
     return false;
+  }
+
+  template <int kind>
+  __device__ void ask(std::uint32_t light) const {
+    if (slot_of<kind>(light) == kNone && table.row(kind, light) == kNone) wanted.mark(kind, light);
   }
 
   /// Looks at a light for all pixels of a group at once, where that can be done.
@@ -72,13 +77,11 @@ struct SeeByMaps {
     return look_up<kind != directional_kind>(staged.slot, map, from, ng);
   }
 
- protected:
+ private:
   template <int kind>
   __device__ std::uint32_t slot_of(std::uint32_t light) const {
     return (kind == vpl_kind ? maps.vpl_slots : kind == point_kind ? maps.point_slots : maps.directional_slots)[light];
   }
-
- private:
   __device__ const Depth* codes_of(std::uint32_t slot) const {
     const int size = Size > 0 ? Size : maps.size;
     return static_cast<const Depth*>(maps.codes) + static_cast<std::size_t>(slot) * (size * size);
@@ -94,11 +97,6 @@ template <class Depth>
 struct AskForMaps : SeeByMaps<Depth, 0> {
   static constexpr bool asks = true;
   static constexpr float first_caution = 0.8f;
-
-  template <int kind>
-  __device__ void ask(std::uint32_t light) const {
-    if (this->template slot_of<kind>(light) == kNone) this->wanted.mark(kind, light);
-  }
 };
 
 }  // namespace lightcuts::cuda

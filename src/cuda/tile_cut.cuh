@@ -30,6 +30,8 @@ inline constexpr float kDoubt = 16;
 inline constexpr std::uint32_t kLongWalk = 4;
 /// Walks after which a threshold is 0: every light counts by itself, which keeps any promise.
 inline constexpr int kMostRounds = 16;
+/// A threshold relative to that of a group that misses maps, down to which it asks for them.
+inline constexpr float kMoreMaps = 0.7f;
 /// Nodes that wait, for each block of a crew, from which on they are shared out.
 inline constexpr int kSharedNodes = 64;
 
@@ -71,6 +73,9 @@ class TileCut : TileLight<Visibility, crew> {
     if (lanes == 0) return {};
     missed_ = missed;
     light_group(lanes);
+    if constexpr (Visibility::by_maps && !Visibility::asks) {
+      if (missed_ && !heavy_) ask_for_more(lanes);
+    }
     if (cuts_.cost != nullptr && warp_ == 0 && lane_ == 0) {
       std::uint32_t cost = work();
       if constexpr (kTeamed) cost *= static_cast<std::uint32_t>(meeting_->blocks());
@@ -180,6 +185,20 @@ class TileCut : TileLight<Visibility, crew> {
       lanes = limited ? 0 : __ballot_sync(kAllLanes, mine_ && !kept);
       threshold = round >= kMostRounds ? 0 : fmaxf(kNextCaution * error * seen, threshold / kLargestDrop);
     }
+  }
+
+  /// Asks for the maps that a group will miss should less light arrive through those that it misses now: so a later round
+  /// misses hardly any.
+  __device__ void ask_for_more(unsigned lanes) {
+    mine_ = (lanes >> lane_ & 1u) != 0;
+    lanes_ = lanes;
+    gather_group(lanes, false);
+    threshold_ = kMoreMaps * static_cast<float>(job_.error) * total_of(light_);
+    scale_ = demands(threshold_);
+    asks_more_ = true;
+    fit_scale_ = 1;
+    walk_all(false);
+    asks_more_ = heavy_ = false;
   }
 
   /// The total of this lane's pixel that the first walk takes for granted, with caution.
@@ -316,9 +335,11 @@ class TileCut : TileLight<Visibility, crew> {
     }
     // What cannot shine at any pixel of the group is in the cut, but needs no look.
     tested.looks = !counting && ours() && tested.taking != 0 && shines;
-    if constexpr (Visibility::asks) {
-      if (tested.looks) visibility_.template ask<kind>(nodes[index].representative);
-      tested.looks = false;
+    if constexpr (Visibility::by_maps) {
+      if (Visibility::asks || asks_more_) {
+        if (tested.looks) visibility_.template ask<kind>(nodes[index].representative);
+        tested.looks = false;
+      }
     }
     return tested;
   }
@@ -567,7 +588,8 @@ class TileCut : TileLight<Visibility, crew> {
   std::uint32_t found_ = 0;
   unsigned lanes_ = 0;
   bool ours_ = true;
-  bool certain_ = false;  ///< a walk told the total, or its threshold was raised
+  bool certain_ = false;    ///< a walk told the total, or its threshold was raised
+  bool asks_more_ = false;  ///< it only marks lights whose maps are missing
 
   std::uint32_t tile_ = 0;
   std::uint32_t visits_ = 0, looks_ = 0;  ///< of the group

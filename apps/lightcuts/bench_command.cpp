@@ -115,7 +115,8 @@ void add_bench_command(CLI::App& program, Action& action) {
       "leaves out what would take longer than this each");
   command
       ->add_option("--part", request->parts,
-                   "only these parts of `study`, or scenes and stages of `frame` (default: all)")
+                   "only these parts of `study`; of `frame` scenes, numbers of\nlights, and stages by a part of their "
+                   "names (default: all)")
       ->option_text("NAME...");
   command->add_flag(
       "--page", request->page_only,

@@ -5,38 +5,15 @@
 #include <filesystem>
 
 #include "backend/scene_arrays.h"
+#include "backend/surface_rays.h"
 #include "cpu/ray_tracer.h"
 #include "cuda/device_fixture.h"
 #include "cuda/device_scene.h"
 #include "cuda/ray_kernels.h"
-#include "kernels/surface.h"
 #include "lightcuts/io.h"
-#include "math/sample_stream.h"
-#include "math/warp.h"
 
 namespace lightcuts::cuda {
 namespace {
-
-/// Rays from random surface points in random directions: what shadow rays and light paths are.
-std::vector<Ray> surface_rays(const SceneView& scene, std::uint32_t count, std::uint64_t seed) {
-  std::vector<std::uint32_t> begin{0};
-  for (std::uint32_t i = 0; i < scene.instance_count; ++i)
-    begin.push_back(begin.back() + scene.meshes[scene.instances[i].mesh].triangle_count);
-  std::vector<Ray> rays(count);
-  tbb::parallel_for(0u, count, [&](std::uint32_t i) {
-    const Sample4 a = SampleStream{seed, i, false}.draw(0), b = SampleStream{seed, i, false}.draw(1);
-    const auto drawn = static_cast<std::uint32_t>(a.unit_double(0) * begin.back());
-    const auto instance =
-        static_cast<std::uint32_t>(std::upper_bound(begin.begin(), begin.end(), drawn) - begin.begin() - 1);
-    const TriangleGeometry g = triangle_geometry(scene, instance, drawn - begin[instance]);
-    const Vec2 at = sample_triangle(a.unit2(1));
-    const Vec3 direction = sample_sphere(b.unit2(0));
-    const Vec3 side = dot(direction, g.front) < 0 ? -g.front : g.front;
-    rays[i].origin = point_on_triangle(g, at.x, at.y, side);
-    rays[i].direction = direction;
-  });
-  return rays;
-}
 
 class RaysOnScene : public OnDevice {
  protected:

@@ -7,8 +7,8 @@
 #include <algorithm>
 #include <memory>
 
+#include "bench_study/atlas.h"
 #include "bench_study/cpu_maps.h"
-#include "bench_study/gpu_atlas.h"
 #include "bench_study/published.h"
 #include "bench_study/study.h"
 #include "cpu/ism/fill_holes.h"
@@ -16,24 +16,7 @@
 namespace lightcuts::app::study {
 namespace {
 
-using Codes = std::vector<std::uint16_t>;
-
-constexpr int kLevels = 2;
 constexpr std::size_t kMapSide = kStudyMapSide, kMapTexels = kMapSide * kMapSide;
-
-/// Maps side by side in one square texture.
-Codes make_atlas(const std::vector<Codes>& maps, std::size_t side) {
-  const std::size_t width = side * kMapSide;
-  Codes atlas(width * width);
-  tbb::parallel_for(std::size_t{0}, side * side, [&](std::size_t i) {
-    const Codes& map = maps[i % maps.size()];
-    std::uint16_t* corner = atlas.data() + i / side * kMapSide * width + i % side * kMapSide;
-    for (std::size_t y = 0; y < kMapSide; ++y) {
-      std::copy_n(map.begin() + static_cast<std::ptrdiff_t>(y * kMapSide), kMapSide, corner + y * width);
-    }
-  });
-  return atlas;
-}
 
 /// Maps one behind the other.
 Codes make_row(const std::vector<Codes>& maps, std::size_t count) {
@@ -46,14 +29,14 @@ Codes make_row(const std::vector<Codes>& maps, std::size_t count) {
 
 void fill_atlas(Codes& atlas, std::size_t side) {
   FillScratch<std::uint16_t> scratch;
-  fill_holes(atlas.data(), static_cast<int>(side * kMapSide), kLevels, HoleFill::mean, scratch);
+  fill_holes(atlas.data(), static_cast<int>(side * kMapSide), kAtlasLevels, HoleFill::mean, scratch);
 }
 
 void fill_each(Codes& row, std::size_t count) {
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 8), [&](const tbb::blocked_range<std::size_t>& range) {
     FillScratch<std::uint16_t> scratch;
     for (std::size_t i = range.begin(); i != range.end(); ++i) {
-      fill_holes(row.data() + i * kMapTexels, kMapSide, kLevels, HoleFill::mean, scratch);
+      fill_holes(row.data() + i * kMapTexels, kMapSide, kAtlasLevels, HoleFill::mean, scratch);
     }
   });
 }
@@ -101,22 +84,14 @@ Json measure_on_cpu(Study& study, const std::vector<Codes>& maps, std::size_t si
   return found;
 }
 
-/// Both ways on the GPU, compared with what the processor makes of each map.
-Json measure_on_gpu(Study& study, const std::vector<Codes>& maps, std::size_t side) {
-  std::vector<Codes> filled = maps;
-  for (Codes& map : filled) fill_each(map, 1);
-  return time_gpu_atlas(study.request().device, make_atlas(maps, side), make_atlas(filled, side),
-                        static_cast<int>(side * kMapSide), 4 * study.sizes().repeats);
-}
-
-/// Largest atlas of the study, in maps a side; beyond, a GPU's run leaves the processor's times to the processor's own run.
-constexpr std::size_t kStudyAtlas = 31;
-
+/// Beyond the study's largest atlas, a GPU's run leaves the processor's times to the processor's own run.
 Json measure_atlas(Study& study, const std::vector<Codes>& maps, std::size_t side) {
   Json found = Json::object();
   if (study.on_cpu() || side <= kStudyAtlas) found = measure_on_cpu(study, maps, side);
   study.stop_if_asked();
-  if (!study.on_cpu()) found["gpu"] = measure_on_gpu(study, maps, side);
+  if (!study.on_cpu()) {
+    found["gpu"] = time_gpu_pull_push(study.request().device, maps, side, 4 * study.sizes().repeats);
+  }
   return found;
 }
 
@@ -138,7 +113,7 @@ void make_table_4(Study& study) {
   study.until_stopped([&] {
     for (const int side : study.sizes().atlas_maps) {
       const Json found = study.measure(fmt::format("table-4/{}", side), [&] {
-        if (maps.empty()) maps = CpuMaps(11).make(0, 121, kStudyPoints, 0, HoleFill::mean);
+        if (maps.empty()) maps = maps_for_atlas();
         return measure_atlas(study, maps, static_cast<std::size_t>(side));
       });
       const int pixels = side * kStudyMapSide;

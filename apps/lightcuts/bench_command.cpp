@@ -29,6 +29,7 @@ Examples:
   lightcuts bench study --quick --report out/study      two minutes, then out/study/index.html
   lightcuts bench study --report out/study              everything; interrupt it and call it again to go on
   lightcuts bench study --part table-2 table-3 --json tables.json
+  lightcuts bench frame --part veach-ajar 2550 "packet, ism" --json frame.json
 
 Exit status: 0 done, 1 a result did not agree with its reference, 2 wrong usage, 130 interrupted.)";
 
@@ -56,6 +57,10 @@ int run(const BenchRequest& request) {
   }
   if (request.page_only && (request.report.empty() || request.names != std::vector<std::string>{"study"})) {
     throw Error(Code::invalid_argument, "--page is for a run that is there: lightcuts bench study --page --report DIR");
+  }
+  if (!request.parts.empty() && request.names.size() != 1) {
+    throw Error(Code::invalid_argument,
+                "--part is of one benchmark: name it, as in lightcuts bench study --part table-1");
   }
   if (!request.json.empty()) check_writable(request.json);
   nlohmann::ordered_json all = nlohmann::ordered_json::object();

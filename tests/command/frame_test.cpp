@@ -129,6 +129,7 @@ TEST(BenchFrame, SaysSoWherePartsNameNothing) {
   const ProgramResult unknown = run_lightcuts({"bench", "frame", "--part", "light trees"});
   EXPECT_EQ(unknown.status, 2);
   EXPECT_THAT(unknown.err, AllOf(HasSubstr("light trees"), HasSubstr("did you mean 'light tree'")));
+  EXPECT_EQ(run_lightcuts({"bench", "--part", "light tree"}).status, 2);  // of which benchmark?
   const ProgramResult none =
       run_lightcuts({"bench", "frame", "--backend", "cpu", "--scale", "smoke", "--part", "study", "200", "crossing"});
   EXPECT_EQ(none.status, 0);

@@ -74,7 +74,7 @@ std::string cell(const Json& goal, const char* scene) {
   if (!measured.contains(scene)) return "";
   const Json& m = measured[scene];
   if (m.is_null()) return "-";
-  const std::string number = fmt::format("{}{:.4g}", m.contains("or_more") ? ">" : "", m["value"].get<double>());
+  std::string number = fmt::format("{}{:.4g}", m.contains("or_more") ? ">" : "", m["value"].get<double>());
   if (!m.contains("met")) return number;
   return number + (m["met"] == true ? " met" : m.value("first_met", false) ? " first met" : " missed");
 }

@@ -399,6 +399,14 @@ bool CudaBackend::shade_paths(Shading& s) {
   return true;
 }
 
+namespace {
+
+bool is_few(const LightArrays& lights) {
+  return std::uint64_t{lights.vpl_count} + lights.point_count + lights.directional_count <= kFewLights;
+}
+
+}  // namespace
+
 /// Lights the sample by cuts; false where it was stopped.
 bool CudaBackend::light_by_cuts(Shading& s) {
   CutView cuts{s.film.cut_size(), s.film.cut_bound(), s.film.cut_at_limit(), s.cut_counts.data(), {}};
@@ -408,7 +416,7 @@ bool CudaBackend::light_by_cuts(Shading& s) {
   CutJob job{device_trees_.view(), light_arrays(), s.min_distance, error, s.options.max_cut};
   if (s.options.visibility != Visibility::none) {
     const Loaded& scene = loaded();
-    job.heavy_work = rays ? kHeavyWorkByRays : kHeavyWorkByMaps;
+    job.work = rays ? kWorkByRays : is_few(job.lights) ? kWorkByFewMaps : kWorkByMaps;
     job.occluders = scene.occluders.data();
     job.occluder_count = scene.occluder_count;
     job.scene_bounds = scene.arrays.view().bounds;
@@ -486,9 +494,11 @@ bool CudaBackend::light_groups(Shading& s, const CutJob& pixel_job, const SumVie
       group_order_.use_this_picture();
       return complete;
     };
+    CutJob ask_job = job;
+    ask_job.work = kWorkToAsk;
     const auto ask = [&](const UnitList& list) {
       const bool complete = in_batches(list, [&](const GroupList& some) {
-        ask_for_maps(device_, light_maps_->view(), light_maps_->wanted(), s.film.pixels(), job, some, cuts);
+        ask_for_maps(device_, light_maps_->view(), light_maps_->wanted(), s.film.pixels(), ask_job, some, cuts);
       });
       group_order_.use_this_picture();
       return complete;

@@ -8,9 +8,8 @@
 namespace lightcuts::cuda {
 namespace {
 
-/// Maps that there is memory for from the start; more is taken when it is needed. Of no more lights than this all get maps at
-/// once: to draw them takes 0.7 ms on an H100, to find out which are wanted longer.
-constexpr std::uint32_t kFirstRoom = 16384;
+/// Maps that there is memory for from the start; more is taken when it is needed.
+constexpr std::uint32_t kFirstRoom = kFewLights;
 
 std::uint32_t light_count(const LightArrays& lights, int kind) {
   return kind == vpl_kind ? lights.vpl_count : kind == point_kind ? lights.point_count : lights.directional_count;
@@ -127,7 +126,7 @@ void LightMaps::want_all() {
 
 bool LightMaps::add_first(const TreeViews& trees) {
   if (has_first_) return true;
-  has_all_ = most_maps() <= std::min(room_, kFirstRoom);
+  has_all_ = most_maps() <= std::min(room_, kFewLights);
   has_all_ ? want_all() : want_upper_levels(trees);
   const bool none = maps_->count() == 0;
   has_first_ = add_wanted();

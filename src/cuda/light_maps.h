@@ -8,6 +8,9 @@
 
 namespace lightcuts::cuda {
 
+/// Of no more lights than this all get maps at once: to draw them takes 0.7 ms on an H100, to find out which are wanted longer.
+inline constexpr std::uint32_t kFewLights = 16384;
+
 /// Lights whose shadow maps a kernel asked for and did not find.
 struct WantedMaps {
   std::uint32_t* bits[kKinds] = {};  ///< a bit a light

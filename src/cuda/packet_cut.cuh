@@ -111,7 +111,7 @@ void start_packets(Device& device, const Visibility& see, const PixelView& pixel
     Visibility seen = see;
     PixelView pixel_view = pixels;
     CutJob crew_job = job;
-    crew_job.heavy_work *= kCrewShare;
+    crew_job.work.most = job.work.crew;
     MissedList missed = list.missed;
     SumView sum_view = sums;
     void* arguments[] = {&seen, &pixel_view, &crew_job, &queue, &missed, &sum_view, &view, &blocks, &boards, &arrived};

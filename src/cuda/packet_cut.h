@@ -82,10 +82,17 @@ struct GroupList {
   }
 };
 
-/// CutJob::heavy_work by visibility: none; shadow rays; shadow maps.
-inline constexpr std::uint32_t kHeavyWork = 16384, kHeavyWorkByRays = 8192, kHeavyWorkByMaps = 8192;
-/// By how much more each block of a crew may do before the crew leaves a group to a larger one.
-inline constexpr std::uint32_t kCrewShare = 4;
+/// Node tests, a look at a light counting for some of them, after which what lights a group of pixels changes its ways. Where
+/// hardly any light arrives, cuts have very many nodes.
+struct WorkLimits {
+  std::uint32_t most;   ///< of a warp, after which the group is left to a crew of blocks
+  std::uint32_t doubt;  ///< of a warp's first walk, after which it begins again with a higher threshold
+  std::uint32_t crew;   ///< of each block of a crew, after which the group is left to a larger one
+};
+/// By visibility: none; shadow rays; shadow maps; maps of few lights; to ask for maps only. By measurement
+/// (docs/results/gpu.md).
+inline constexpr WorkLimits kWork{16384, 4096, 65536}, kWorkByRays{8192, 2048, 32768}, kWorkByMaps{49152, 8192, 196608},
+    kWorkByFewMaps{32768, 8192, 131072}, kWorkToAsk{8192, 8192, 32768};
 
 /// What cuts work on.
 struct CutJob {
@@ -94,9 +101,7 @@ struct CutJob {
   float min_distance = 0;  ///< clamp of the VPL singularity [m]
   float error = 0.02f;     ///< bound on each node relative to the pixel's total
   std::uint32_t max_cut = 0;
-  /// Node tests of a warp, a look at a light counting for some of them, after which a group of pixels is left to a crew of
-  /// blocks. Where hardly any light arrives, cuts have very many nodes.
-  std::uint32_t heavy_work = kHeavyWork;
+  WorkLimits work = kWork;
   /// What hides lights for certain, and the box around the scene; none without shadows.
   const Occluder* occluders = nullptr;
   std::uint32_t occluder_count = 0;

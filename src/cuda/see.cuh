@@ -47,7 +47,8 @@ __device__ inline Ray shadow_ray_to(Vec3 from, const StagedLight& light) {
 //
 // `shadows`: looking at a light costs more than its bound. `own_cuts`: so much more that every pixel of a group tests the
 // nodes that the group as a whole refuses. `traces`: looks are counted as rays. `by_maps`: lights may have no maps yet. `asks`: walks
-// once, to mark lights whose maps are missing. `look_tests`: tests of nodes that take as long as a look; `most_umbras`: of a group, each of which
+// once, to mark lights whose maps are missing. `look_tests`: tests of nodes that take a warp as long as a look,
+// `crew_look_tests` a crew in the mean; `most_umbras`: of a group, each of which
 // costs every test; `least_occluder`: what a polygon must weigh (see occluder_weight) to be worth that; `first_caution`: the
 // first walk's threshold relative to the estimate. All by measurement: where a walk costs little, or its rays are
 // remembered, few nodes first tell the total better, for no node leaves a cut again. `Group`: what is known of
@@ -59,7 +60,7 @@ __device__ inline Ray shadow_ray_to(Vec3 from, const StagedLight& light) {
 /// All light arrives.
 struct SeeAll {
   static constexpr bool shadows = false, own_cuts = false, traces = false, by_maps = false, asks = false;
-  static constexpr int look_tests = 0, most_umbras = 0;
+  static constexpr int look_tests = 0, crew_look_tests = 0, most_umbras = 0;
   static constexpr float first_caution = 4, least_occluder = 0;
   struct Group {};
   struct Staged {
@@ -85,7 +86,7 @@ __device__ __noinline__ inline bool blocked(const DeviceTracer& tracer, const Ra
 /// Exact shadow rays.
 struct SeeByRays {
   static constexpr bool shadows = true, own_cuts = true, traces = true, by_maps = false, asks = false;
-  static constexpr int look_tests = 1, most_umbras = 32;
+  static constexpr int look_tests = 1, crew_look_tests = 1, most_umbras = 32;
   static constexpr float first_caution = 16, least_occluder = 0;
   struct Group {};
   struct Staged {

@@ -12,7 +12,9 @@ namespace lightcuts::cuda {
 template <class Depth, int Size>
 struct SeeByMaps {
   static constexpr bool shadows = true, own_cuts = false, traces = false, by_maps = true, asks = false;
-  static constexpr int look_tests = 2, most_umbras = 16;
+  static constexpr int look_tests = 3, place_tests = 5,
+                       own_look_tests = 16;  ///< more where pixels look, and at all of a map
+  static constexpr int crew_look_tests = 6, most_umbras = 16;
   static constexpr float first_caution = 0.9f, least_occluder = kLeastOccluderByMaps;
   using Group = FlatReceivers;
   struct Staged {
@@ -39,6 +41,9 @@ struct SeeByMaps {
     staged.share = guess;
     return false;
   }
+
+  /// Whether each pixel looks at the map, and not only at what the group's look said.
+  __device__ static bool looks_at_all(const Staged& staged) { return staged.row == kGroupUnsure; }
 
   template <int kind>
   __device__ void ask(std::uint32_t light) const {

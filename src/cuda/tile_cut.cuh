@@ -26,12 +26,10 @@ inline constexpr float kLargestDrop = 16;
 /// By how much a first threshold is raised that made a walk long, for the estimate may be far too low, and by how much a
 /// crew's is from the start.
 inline constexpr float kDoubt = 16;
-/// By what the work for a crew is divided for that of a walk that is long.
-inline constexpr std::uint32_t kLongWalk = 4;
 /// Walks after which a threshold is 0: every light counts by itself, which keeps any promise.
 inline constexpr int kMostRounds = 16;
 /// A threshold relative to that of a group that misses maps, down to which it asks for them.
-inline constexpr float kMoreMaps = 0.7f;
+inline constexpr float kMoreMaps = 0.5f;
 /// Nodes that wait, for each block of a crew, from which on they are shared out.
 inline constexpr int kSharedNodes = 64;
 
@@ -51,7 +49,7 @@ class TileCut : TileLight<Visibility, crew> {
   using Base::job_, Base::visibility_, Base::cuts_, Base::space_, Base::warp_, Base::lane_, Base::remembered_,
       Base::meeting_;
   using Base::kOwnCuts, Base::kTeamed;
-  using Base::light_, Base::lost_, Base::rays_, Base::pairs_, Base::heavy_, Base::missed_, Base::arrival_;
+  using Base::light_, Base::lost_, Base::rays_, Base::pairs_, Base::heavy_, Base::missed_, Base::arrival_, Base::looks_;
   using Base::receiver_, Base::position_, Base::weights_, Base::mine_, Base::ns, Base::ng, Base::total_of;
   using typename Base::Space;
 
@@ -73,9 +71,6 @@ class TileCut : TileLight<Visibility, crew> {
     if (lanes == 0) return {};
     missed_ = missed;
     light_group(lanes);
-    if constexpr (Visibility::by_maps && !Visibility::asks) {
-      if (missed_ && !heavy_) ask_for_more(lanes);
-    }
     if (cuts_.cost != nullptr && warp_ == 0 && lane_ == 0) {
       std::uint32_t cost = work();
       if constexpr (kTeamed) cost *= static_cast<std::uint32_t>(meeting_->blocks());
@@ -101,12 +96,12 @@ class TileCut : TileLight<Visibility, crew> {
   }
 
   /// What was done for the group, in tests of nodes.
-  __device__ std::uint32_t work() const { return visits_ + Visibility::look_tests * looks_; }
+  __device__ std::uint32_t work() const { return visits_ + looks_; }
   /// So much that the group is left to a crew, or a larger one. The same for all warps of a block.
-  __device__ bool too_heavy() const { return cuts_.left.entries != nullptr && work() > job_.heavy_work; }
+  __device__ bool too_heavy() const { return cuts_.left.entries != nullptr && work() > job_.work.most; }
 
   /// Whether a warp's first walk is long enough to doubt its threshold.
-  __device__ bool doubts() const { return !kTeamed && !certain_ && work() > job_.heavy_work / kLongWalk; }
+  __device__ bool doubts() const { return !kTeamed && !certain_ && work() > job_.work.doubt; }
 
   /// Waits for the others that share the space.
   __device__ static void meet() {
@@ -151,7 +146,8 @@ class TileCut : TileLight<Visibility, crew> {
   // What is long is written, and compiled, in one place: a kernel whose loops do not fit into the instruction cache waits for
   // instructions.
 
-  __device__ void light_group(unsigned lanes) {
+  __device__ void light_group(unsigned group) {
+    unsigned lanes = group;
     const float error = static_cast<float>(job_.error * (1 - kThresholdSlack));
     float threshold = 0;
     for (int round = 1; lanes != 0; ++round) {
@@ -165,7 +161,8 @@ class TileCut : TileLight<Visibility, crew> {
       scale_ = demands(threshold);
       threshold_ = threshold;
       const bool limited = walk_until_it_fits();
-      if (heavy_ || Visibility::asks) return;
+      if (asks_more_) heavy_ = false;
+      if (heavy_ || Visibility::asks || asks_more_) return;
       ++walks_;
       if (doubts()) {
         threshold *= kDoubt;
@@ -184,21 +181,14 @@ class TileCut : TileLight<Visibility, crew> {
       }
       lanes = limited ? 0 : __ballot_sync(kAllLanes, mine_ && !kept);
       threshold = round >= kMostRounds ? 0 : fmaxf(kNextCaution * error * seen, threshold / kLargestDrop);
+      if constexpr (Visibility::by_maps) {
+        if (lanes != 0 || !missed_) continue;
+        // Should less light arrive through the maps that are missing, it will miss others: it asks for these now.
+        asks_more_ = true;
+        lanes = group;
+        threshold = kMoreMaps * error * seen;
+      }
     }
-  }
-
-  /// Asks for the maps that a group will miss should less light arrive through those that it misses now: so a later round
-  /// misses hardly any.
-  __device__ void ask_for_more(unsigned lanes) {
-    mine_ = (lanes >> lane_ & 1u) != 0;
-    lanes_ = lanes;
-    gather_group(lanes, false);
-    threshold_ = kMoreMaps * static_cast<float>(job_.error) * total_of(light_);
-    scale_ = demands(threshold_);
-    asks_more_ = true;
-    fit_scale_ = 1;
-    walk_all(false);
-    asks_more_ = heavy_ = false;
   }
 
   /// The total of this lane's pixel that the first walk takes for granted, with caution.
@@ -246,7 +236,7 @@ class TileCut : TileLight<Visibility, crew> {
   /// whether that is a higher one. Leaves found_, the largest bounds and the pixels' light.
   __device__ bool walk_until_it_fits() {
     FitSearch search;
-    bool counting = job_.max_cut > 0;
+    bool counting = job_.max_cut > 0 && !asks_more_;
     while (true) {
       fit_scale_ = search.scale;
       if (mine_ && !counting) {
@@ -365,7 +355,6 @@ class TileCut : TileLight<Visibility, crew> {
       const bool done = waiting == 0 || too_heavy() || doubts();
       if (done || chosen > Space::kChosen - 32) {
         this->template sum_chosen<kind>(chosen, 0, 32);
-        looks_ += static_cast<std::uint32_t>(chosen);
         chosen = 0;
       }
       if (done) break;
@@ -439,7 +428,7 @@ class TileCut : TileLight<Visibility, crew> {
       const bool done = (waiting == 0 && begun >= parts) || too_heavy();
       if (done || chosen > Space::kChosen - 32 * kTeam) {
         this->template sum_chosen<kind>(chosen, 32 * warp, 32 * kTeam);
-        looks_ += static_cast<std::uint32_t>(chosen);
+        looks_ += Visibility::crew_look_tests * static_cast<std::uint32_t>(chosen);
         chosen = 0;
       }
       if (done) break;
@@ -592,7 +581,7 @@ class TileCut : TileLight<Visibility, crew> {
   bool asks_more_ = false;  ///< it only marks lights whose maps are missing
 
   std::uint32_t tile_ = 0;
-  std::uint32_t visits_ = 0, looks_ = 0;  ///< of the group
+  std::uint32_t visits_ = 0;  ///< of the group
   std::uint32_t walks_ = 0;
 };
 

@@ -271,15 +271,31 @@ class TileLight {
       __syncwarp();
       if constexpr (Visibility::traces) {
         trace_chosen<kind>(chosen, here);
+        if constexpr (!kTeamed) looks_ += static_cast<std::uint32_t>(Visibility::look_tests * here);
         add_known<kind>(__ballot_sync(kAllLanes, lane_ < here && stage_.seen[lane_].sees != 0), chosen);
       } else {
         const float share = lane_ < here ? stage_.seen[lane_].share : 0.0f;
         add_known<kind>(__ballot_sync(kAllLanes, share > 0), chosen);
-        if constexpr (Visibility::shadows) add_looked_at<kind>(__ballot_sync(kAllLanes, share < 0));
+        if constexpr (Visibility::shadows) {
+          const unsigned open = __ballot_sync(kAllLanes, share < 0);
+          add_looked_at<kind>(open);
+          if constexpr (!kTeamed) count_looks(here, open);
+        }
         if (mine_) pairs_ += static_cast<std::uint32_t>(here);
       }
     }
     close_block(mine_);
+  }
+
+  /// @param open  lights that each pixel looks at by itself
+  __device__ void count_looks(int here, unsigned open) {
+    int tests = Visibility::look_tests * here;
+    if constexpr (Visibility::by_maps) {
+      const bool whole = (open >> lane_ & 1u) != 0 && visibility_.looks_at_all(stage_.seen[lane_]);
+      tests +=
+          Visibility::place_tests * __popc(open) + Visibility::own_look_tests * __popc(__ballot_sync(kAllLanes, whole));
+    }
+    looks_ += static_cast<std::uint32_t>(tests);
   }
 
   /// Reads what the pixels need to know of a node's light, a light a lane.
@@ -378,9 +394,10 @@ class TileLight {
   float block_lost_ = 0;
   std::uint32_t rays_ = 0, pairs_ = 0;
 
-  bool heavy_ = false;   ///< too much for the warp, or the crew
-  bool missed_ = false;  ///< some light could not be looked at: what follows shows which else there will be
-  float arrival_ = 1;    ///< share of the light that arrives at the tile, about
+  bool heavy_ = false;       ///< too much for the warp, or the crew
+  std::uint32_t looks_ = 0;  ///< what looks of the group took, in tests of nodes
+  bool missed_ = false;      ///< some light could not be looked at: what follows shows which else there will be
+  float arrival_ = 1;        ///< share of the light that arrives at the tile, about
 };
 
 }  // namespace lightcuts::cuda

@@ -65,7 +65,7 @@ class Cuts : public OnDevice {
                kMinDistance,
                error,
                max_cut,
-               way.heavy_work};
+               {way.heavy_work, way.heavy_work / 4, 4 * way.heavy_work}};
     job.groups = groups.pixels();
     cut_by_packets(*device, {}, pixels, job, false, groups.list(), {light.data(), lost.data(), rays.data()}, view);
     CutResult result{fetch(light), fetch(size), fetch(bound), fetch(at_limit), {}, fetch(counts)[0]};

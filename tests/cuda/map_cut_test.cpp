@@ -262,7 +262,8 @@ TEST_F(OnDevice, CutsByMapsKeepTheirPromiseAgainstTheShadowedTotal) {
     CutView view{size.data(), bound.data(), at_limit.data(), nullptr, {}};
     view.lit_by = lit_by.data();
     view.listing = {listed.data(), listed_count.data(), kMostListed, false};
-    CutJob job{sent_trees.view(), arrays_of_lights, kMinDistance, kError, 0, heavy_work};
+    CutJob job{
+        sent_trees.view(), arrays_of_lights, kMinDistance, kError, 0, {heavy_work, heavy_work / 4, 4 * heavy_work}};
     const PixelView pixels{position.data(), ns.data(), ng.data(), albedo.data(), nullptr, nullptr};
     const PictureGroups groups(*device, pixels, at.tiles());
     job.groups = groups.pixels();

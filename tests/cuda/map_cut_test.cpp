@@ -151,10 +151,11 @@ TEST_P(CutsByMaps, InLittleMemoryGiveTheSamePicture) {
             walk == CutWalk::heap ? "heap" : "packet", static_cast<unsigned long long>(of_all.shadow_maps.count),
             static_cast<unsigned long long>(of_few.shadow_maps.room),
             static_cast<unsigned long long>(of_few.shadow_maps.rounds), static_cast<double>(budget) / (1 << 20));
-        // Where a tile is lit by what was remembered of its lookups, rounding may decide a few otherwise.
+        // Where a group is lit by what was remembered of its lookups, in steps of 1/255, what it takes is judged otherwise too:
+        // its cut may be another, of the same promise.
         const double apart = compare(few, all).relmse;
         if (apart > 0) std::printf("    relmse %.1e\n", apart);
-        EXPECT_LT(apart, 1e-6);
+        EXPECT_LT(apart, 2e-5);
       } catch (const Error& error) {
         ASSERT_EQ(error.code(), Code::out_of_memory);
         ASSERT_EQ(accepted, 0) << error.what();

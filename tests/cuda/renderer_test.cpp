@@ -71,7 +71,10 @@ class Capped : public OnDevice {
     const std::uint64_t peak = expected.statistics.memory_bytes.device_peak;
     int pictures = 0, refused = 0;
     const std::uint64_t most = std::max(2 * peak, std::uint64_t{64} << 20);
-    for (std::uint64_t bytes = reduced() ? 65536 : 4096; bytes <= most; bytes += reduced() ? 31 * bytes : bytes / 2) {
+    const auto next = [most](std::uint64_t bytes) {
+      return !reduced() ? bytes + bytes / 2 : bytes < most ? std::min(32 * bytes, most) : most + 1;
+    };
+    for (std::uint64_t bytes = reduced() ? 65536 : 4096; bytes <= most; bytes = next(bytes)) {
       RenderOptions options = uncapped;
       if (by_option) options.memory_bytes = bytes;
       const auto holder = cap(bytes);

@@ -1,7 +1,8 @@
 #!/bin/sh
 # lightcuts-test [OPTION...]: runs all tests of the CUDA backend from an unpacked bundle; nothing is built.
 # lightcuts-test --sanitize [OPTION...]: runs them small under compute-sanitizer's four tools, at once; what each said
-# lies in sanitize-TOOL.txt, a line of each is printed, and the exit status is 1 where one found something.
+# lies in sanitize-TOOL.txt, a line of each is printed, and the exit status is 1 where one found
+# something or a test failed.
 #
 # Options are GoogleTest's (--gtest_filter=Cuts*). LIGHTCUTS_SCENES names the folder in which `rooms` lies, if there is
 # one; without it the tests of these rooms are skipped. LIGHTCUTS_TEST_REDUCED=1 makes the tests small without a checker.
@@ -19,8 +20,8 @@ done
 wait
 status=0
 for tool in memcheck racecheck initcheck synccheck; do
-  [ "$(cat sanitize-$tool.status)" = 0 ] || status=1
-  rm sanitize-$tool.status
+  [ "$(cat sanitize-$tool.status 2>/dev/null)" = 0 ] || status=1
+  rm -f sanitize-$tool.status
   echo "$tool: $(grep -E 'SUMMARY|^\[  (PASSED|FAILED)  \] [0-9]+ tests' sanitize-$tool.txt | sed 's/^=* *//' | tr '\n' ' ')"
 done
 exit $status

@@ -39,7 +39,7 @@ Lights download(const DeviceLights& d) {
 
 std::uint64_t less(std::uint64_t a, std::uint64_t b) { return a - std::min(a, b); }
 
-/// What lighting by maps on demand needs beside points and maps: lists of pixels, and heaps.
+/// What lighting by maps on demand needs beside points and maps: groups of pixels and lists of them, and heaps.
 std::uint64_t working_bytes(const PixelGrid& grid, const ShadeOptions& options, std::uint64_t left) {
   const std::uint64_t lists = 24 * std::uint64_t{grid.slot_count()} + (1u << 20);
   return options.cut == CutWalk::heap ? lists + std::min<std::uint64_t>(left / 4, std::uint64_t{192} << 20) : lists;
@@ -231,7 +231,12 @@ void CudaBackend::replace_lights(DeviceLights lights) {
   const DeviceLights& now = device_lights_;
   if (light_maps_ && before.vpl_count == now.vpl_count && before.point_count == now.point_count &&
       before.directional_count == now.directional_count) {
-    light_maps_->replace_lights(light_arrays());
+    try {
+      light_maps_->replace_lights(light_arrays());
+    } catch (const Error& error) {
+      if (error.code() != Code::out_of_memory) throw;
+      light_maps_.reset();
+    }
   } else {
     light_maps_.reset();
   }
@@ -399,14 +404,6 @@ bool CudaBackend::shade_paths(Shading& s) {
   return true;
 }
 
-namespace {
-
-bool is_few(const LightArrays& lights) {
-  return std::uint64_t{lights.vpl_count} + lights.point_count + lights.directional_count <= kFewLights;
-}
-
-}  // namespace
-
 /// Lights the sample by cuts; false where it was stopped.
 bool CudaBackend::light_by_cuts(Shading& s) {
   CutView cuts{s.film.cut_size(), s.film.cut_bound(), s.film.cut_at_limit(), s.cut_counts.data(), {}};
@@ -416,7 +413,7 @@ bool CudaBackend::light_by_cuts(Shading& s) {
   CutJob job{device_trees_.view(), light_arrays(), s.min_distance, error, s.options.max_cut};
   if (s.options.visibility != Visibility::none) {
     const Loaded& scene = loaded();
-    job.work = rays ? kWorkByRays : is_few(job.lights) ? kWorkByFewMaps : kWorkByMaps;
+    job.work = rays ? kWorkByRays : most_maps(job.lights) <= kFewLights ? kWorkByFewMaps : kWorkByMaps;
     job.occluders = scene.occluders.data();
     job.occluder_count = scene.occluder_count;
     job.scene_bounds = scene.arrays.view().bounds;
@@ -455,7 +452,7 @@ bool CudaBackend::light_heaps(Shading& s, const CutJob& job, const SumView& sums
     return cut_by_heaps(device_, s.traced, pixels, job, visibility, {list.units, list.count}, heap_batch_, sums, cuts,
                         [&](double) { return s.go_on(device_); });
   };
-  return light_in_rounds(device_, *light_maps_, job.trees, s.grid.slot_count(), kTilePixels,
+  return light_in_rounds(device_, *light_maps_, job.trees, {nullptr, s.grid.slot_count()}, kTilePixels,
                          {light, look_up_by(s, job, kTilePixels)}, go_on, s.map_rounds);
 }
 
@@ -463,6 +460,7 @@ bool CudaBackend::light_groups(Shading& s, const CutJob& pixel_job, const SumVie
   const PictureGroups groups(device_, s.film.pixels(), s.grid.tile_count);
   CutJob job = pixel_job;
   job.groups = groups.pixels();
+  const GroupList list = groups.list();
   CutView cuts = view;
   group_order_.begin(device_, s.grid.tile_count);
   cuts.cost = group_order_.cost();
@@ -472,21 +470,19 @@ bool CudaBackend::light_groups(Shading& s, const CutJob& pixel_job, const SumVie
   const auto batch = static_cast<std::uint32_t>(pixels / kTilePixels);
   const auto go_on = [&](double part) { return s.go_on(device_, part); };
   if (light_maps_) {
-    const std::uint32_t all = s.grid.tile_count * kTileGroups;
-    DeviceBuffer<LitBy> lit_by(device_, all);
+    DeviceBuffer<LitBy> lit_by(device_, std::size_t{s.grid.tile_count} * kTileGroups);
     lit_by.fill_bytes(0);
     cuts.lit_by = lit_by.data();
     const auto in_batches = [&](const UnitList& units, const auto& work) {
-      const GroupList list = units.units == nullptr ? groups.list() : GroupList{units.units, 0, units.count};
-      for (std::uint32_t first = 0; first < list.count; first += batch) {
-        const std::uint32_t count = std::min(batch, list.count - first);
-        work(group_order_.sorted(device_, {list.groups + first, 0, count}));
-        if (first + count < list.count && !s.go_on(device_)) return false;
+      for (std::uint32_t first = 0; first < units.count; first += batch) {
+        const std::uint32_t count = std::min(batch, units.count - first);
+        work(group_order_.sorted(device_, {units.units + first, count}));
+        if (first + count < units.count && !s.go_on(device_)) return false;
       }
       return true;
     };
-    const auto light = [&](const UnitList& list, const MissedList& missed) {
-      const bool complete = in_batches(list, [&](GroupList some) {
+    const auto light = [&](const UnitList& units, const MissedList& missed) {
+      const bool complete = in_batches(units, [&](GroupList some) {
         some.missed = missed;
         cut_by_packets(device_, light_maps_->view(), light_maps_->wanted(), light_maps_->table(), s.film.pixels(), job,
                        some, sums, cuts);
@@ -496,22 +492,21 @@ bool CudaBackend::light_groups(Shading& s, const CutJob& pixel_job, const SumVie
     };
     CutJob ask_job = job;
     ask_job.work = kWorkToAsk;
-    const auto ask = [&](const UnitList& list) {
-      const bool complete = in_batches(list, [&](const GroupList& some) {
+    const auto ask = [&](const UnitList& units) {
+      const bool complete = in_batches(units, [&](const GroupList& some) {
         ask_for_maps(device_, light_maps_->view(), light_maps_->wanted(), s.film.pixels(), ask_job, some, cuts);
       });
       group_order_.use_this_picture();
       return complete;
     };
-    const bool complete = light_in_rounds(device_, *light_maps_, job.trees, all, kTileGroups,
+    const bool complete = light_in_rounds(device_, *light_maps_, job.trees, {list.groups, list.count}, kTileGroups,
                                           {light, look_up_by(s, job, kTileGroups), ask}, go_on, s.map_rounds);
     group_order_.end();
     return complete;
   }
-  const GroupList list = groups.list();
   for (std::uint32_t first = 0; first < list.count; first += batch) {
     const std::uint32_t last = std::min(list.count, first + batch);
-    const GroupList some = group_order_.sorted(device_, {list.groups + first, 0, last - first});
+    const GroupList some = group_order_.sorted(device_, {list.groups + first, last - first});
     cut_by_packets(device_, s.traced, s.film.pixels(), job, rays, some, sums, cuts);
     if (last < list.count && !go_on(static_cast<double>(last) / list.count)) return false;
   }

@@ -18,7 +18,7 @@ struct FindKeys {
   std::uint8_t* keys;
   std::uint32_t* groups;
   __device__ void operator()(std::uint32_t i) const {
-    const std::uint32_t group = list.group(i);
+    const std::uint32_t group = list.groups[i];
     groups[i] = group;
     keys[i] = static_cast<std::uint8_t>(min_of(max_of(__clz(static_cast<int>(cost[group])) - kDearest, 0), kKeys - 1));
   }
@@ -51,7 +51,7 @@ GroupList GroupOrder::sorted(Device& device, const GroupList& list) {
   check(sort(nullptr), "planning an order of groups");
   const DeviceBuffer<std::uint8_t> scratch(device, bytes);
   check(sort(scratch.data()), "ordering groups");
-  return {groups_.data(), 0, n, list.missed};
+  return {groups_.data(), n, list.missed};
 }
 
 }  // namespace lightcuts::cuda

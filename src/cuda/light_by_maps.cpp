@@ -9,17 +9,16 @@
 namespace lightcuts::cuda {
 namespace {
 
-/// At most: every point light counted twice.
-std::uint64_t most_maps(const LightArrays& lights) {
-  return std::uint64_t{lights.vpl_count} + 2 * std::uint64_t{lights.point_count} + lights.directional_count;
-}
-
 std::uint64_t lights_in(const LightSpan& span) {
   return std::uint64_t{span.vpl_last} - span.vpl_first + span.point_last - span.point_first + span.directional_last -
          span.directional_first;
 }
 
 }  // namespace
+
+std::uint64_t most_maps(const LightArrays& lights) {
+  return std::uint64_t{lights.vpl_count} + 2 * std::uint64_t{lights.point_count} + lights.directional_count;
+}
 
 std::uint32_t plan_maps_at_once(std::uint64_t budget, std::uint64_t fixed, std::uint64_t per_map, std::uint64_t all,
                                 int size) {

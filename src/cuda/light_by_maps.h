@@ -8,6 +8,9 @@
 
 namespace lightcuts::cuda {
 
+/// How many maps lights have at most: every point light counted twice.
+std::uint64_t most_maps(const LightArrays& lights);
+
 /// How many maps are in memory at a time, of `all` that there are: whole blocks of lights where it is not all of them.
 ///
 /// @param budget   bytes for points and maps

@@ -80,12 +80,15 @@ LightMaps::LightMaps(Device& device, const DevicePoints& points, const MapOption
 
 std::uint32_t LightMaps::plan_room(std::uint64_t budget) const {
   return plan_maps_at_once(budget, fixed_bytes(*device_, options_, lights_), DeviceMaps::bytes_per_map(options_),
-                           most_maps(), options_.size);
+                           most_maps(lights_), options_.size);
 }
 
-/// At most: every point light counted twice.
-std::uint64_t LightMaps::most_maps() const {
-  return std::uint64_t{lights_.vpl_count} + 2 * std::uint64_t{lights_.point_count} + lights_.directional_count;
+/// Whether all maps are drawn sooner than it is known which are wanted.
+bool LightMaps::is_few() const {
+  const auto work = [](std::uint64_t maps, int size, std::uint32_t points) {
+    return maps * (static_cast<std::uint64_t>(size) * static_cast<std::uint64_t>(size) + points);
+  };
+  return work(most_maps(lights_), options_.size, points_->view().per_map) <= work(kFewLights, 32, 2000);
 }
 
 std::uint64_t LightMaps::taken_bytes() const {
@@ -126,7 +129,7 @@ void LightMaps::want_all() {
 
 bool LightMaps::add_first(const TreeViews& trees) {
   if (has_first_) return true;
-  has_all_ = most_maps() <= std::min(room_, kFewLights);
+  has_all_ = is_few() && most_maps(lights_) <= room_;
   has_all_ ? want_all() : want_upper_levels(trees);
   const bool none = maps_->count() == 0;
   has_first_ = add_wanted();
@@ -138,7 +141,9 @@ void LightMaps::replace_lights(const LightArrays& lights) {
   lights_ = lights;
   dead_ += maps_->replace_lights(lights);
   has_first_ = false;
-  if (2 * dead_ > maps_->count()) clear();
+  if (2 * dead_ <= maps_->count()) return;
+  maps_->clear();
+  dead_ = first_maps_ = 0;
 }
 
 void LightMaps::clear() {

@@ -8,7 +8,8 @@
 
 namespace lightcuts::cuda {
 
-/// Of no more lights than this all get maps at once: to draw them takes 0.7 ms on an H100, to find out which are wanted longer.
+/// Of no more lights than this all get maps at once, if these are of 32x32 texels and 2000 points, or of fewer lights if they are
+/// larger: to draw them takes 0.7 ms on an H100, to find out which are wanted longer.
 inline constexpr std::uint32_t kFewLights = 16384;
 
 /// Lights whose shadow maps a kernel asked for and did not find.
@@ -59,7 +60,7 @@ class LightMaps {
   /// they are so few that to find out which are wanted would take longer. False where there is no room for them.
   bool add_first(const TreeViews& trees);
   /// Whether hardly any of the maps that will be wanted are there.
-  [[nodiscard]] bool has_hardly_any() const { return !has_all_ && maps_->count() <= first_maps_; }
+  [[nodiscard]] bool has_hardly_any() const { return !has_all_ && maps_->count() - dead_ <= first_maps_; }
   void trees_changed() { has_first_ = false; }
   /// Takes other lights, as many of each kind; see DeviceMaps::replace_lights.
   void replace_lights(const LightArrays& lights);
@@ -92,7 +93,7 @@ class LightMaps {
   static std::uint64_t fixed_bytes(const Device& device, const MapOptions& options, const LightArrays& lights);
 
  private:
-  [[nodiscard]] std::uint64_t most_maps() const;
+  [[nodiscard]] bool is_few() const;
   [[nodiscard]] std::uint32_t plan_room(std::uint64_t budget) const;
   bool make_room(std::uint64_t maps);
 

@@ -10,31 +10,42 @@ namespace {
 
 class Rounds {
  public:
-  Rounds(Device& device, LightMaps& maps, const TreeViews& trees, std::uint32_t count, std::uint32_t units_of_tile,
+  Rounds(Device& device, LightMaps& maps, const TreeViews& trees, const UnitList& all, std::uint32_t units_of_tile,
          const UnitWork& work, const std::function<bool(double)>& go_on, std::uint64_t& rounds)
       : device_(device),
         maps_(maps),
         trees_(trees),
-        all_(count),
+        all_(all),
         units_of_tile_(units_of_tile),
         work_(work),
         go_on_(go_on),
         rounds_(rounds),
-        missed_{DeviceBuffer<std::uint32_t>(device, count), DeviceBuffer<std::uint32_t>(device, count)},
+        missed_{DeviceBuffer<std::uint32_t>(device, all.count), DeviceBuffer<std::uint32_t>(device, all.count)},
         missed_count_(device, 1) {}
 
   bool run() {
     if (maps_.add_first(trees_) || start_over()) {
       if (!ask()) return false;
-      const Outcome outcome = light({nullptr, all_});
+      const Outcome outcome = light(all_);
       return outcome == Outcome::no_room ? run_in_batches(fetch_left()) : outcome == Outcome::lit;
     }
-    std::vector<std::uint32_t> units(all_);
-    std::iota(units.begin(), units.end(), 0u);
-    return run_in_batches(std::move(units));
+    return run_in_batches(all_units());
   }
 
  private:
+  /// In order: neighbours ask for the same maps.
+  std::vector<std::uint32_t> all_units() const {
+    std::vector<std::uint32_t> units(all_.count);
+    if (all_.units == nullptr) {
+      std::iota(units.begin(), units.end(), 0u);
+      return units;
+    }
+    check(cudaMemcpy(units.data(), all_.units, units.size() * sizeof(std::uint32_t), cudaMemcpyDeviceToHost),
+          "fetching a list");
+    std::sort(units.begin(), units.end());
+    return units;
+  }
+
   enum class Outcome { lit, stopped, no_room };
 
   /// Forgets all maps but the first; false where not even those fit.
@@ -46,7 +57,7 @@ class Rounds {
   /// Makes most of the maps that will be wanted, where there are hardly any; false to stop.
   bool ask() {
     if (!work_.ask || !maps_.has_hardly_any()) return true;
-    if (!work_.ask({nullptr, all_})) return false;
+    if (!work_.ask(all_)) return false;
     maps_.add_wanted();  // if they fit; perhaps fewer are wanted in the end
     return true;
   }
@@ -63,7 +74,7 @@ class Rounds {
       list = {missed.data(), left_};
       turn_ = 1 - turn_;
       if (!maps_.add_wanted()) return Outcome::no_room;
-      if (!go_on_(1 - static_cast<double>(waiting_ + left_) / all_)) return Outcome::stopped;
+      if (!go_on_(1 - static_cast<double>(waiting_ + left_) / all_.count)) return Outcome::stopped;
     }
   }
 
@@ -130,7 +141,7 @@ class Rounds {
         if (!work_.light({unit.data(), 1}, {missed_[0].data(), missed_count_.data()})) return false;
         missed_count_.download(&left_, 1);
       } while (left_ > 0);
-      if (!go_on_(1 - static_cast<double>(units.size() - i) / all_)) return false;
+      if (!go_on_(1 - static_cast<double>(units.size() - i) / all_.count)) return false;
     }
     maps_.forget_table();
     return true;
@@ -139,7 +150,8 @@ class Rounds {
   Device& device_;
   LightMaps& maps_;
   const TreeViews& trees_;
-  std::uint32_t all_, units_of_tile_;
+  UnitList all_;
+  std::uint32_t units_of_tile_;
   const UnitWork& work_;
   const std::function<bool(double)>& go_on_;
   std::uint64_t& rounds_;
@@ -152,10 +164,10 @@ class Rounds {
 
 }  // namespace
 
-bool light_in_rounds(Device& device, LightMaps& maps, const TreeViews& trees, std::uint32_t count,
+bool light_in_rounds(Device& device, LightMaps& maps, const TreeViews& trees, const UnitList& all,
                      std::uint32_t units_of_tile, const UnitWork& work, const std::function<bool(double)>& go_on,
                      std::uint64_t& rounds) {
-  return Rounds(device, maps, trees, count, units_of_tile, work, go_on, rounds).run();
+  return Rounds(device, maps, trees, all, units_of_tile, work, go_on, rounds).run();
 }
 
 }  // namespace lightcuts::cuda

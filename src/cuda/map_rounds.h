@@ -7,7 +7,7 @@
 
 namespace lightcuts::cuda {
 
-/// Parts of a picture: those named (in the device's memory), or, where `units` is null, all.
+/// Parts of a picture: those named (in the device's memory), or, where `units` is null, the first `count`.
 struct UnitList {
   const std::uint32_t* units = nullptr;
   std::uint32_t count = 0;
@@ -30,7 +30,7 @@ struct UnitWork {
   std::function<bool(const UnitList& units)> ask = {};
 };
 
-/// Lights a picture of `count` units by shadow maps that are made for those lights only that represent a node of some
+/// Lights all units of a picture by shadow maps that are made for those lights only that represent a node of some
 /// pixel's cut: so the memory bounds neither the number of lights nor the size of the picture.
 ///
 /// In rounds: where there are hardly any maps, all units ask for what they will want; all units are lit, maps are made for
@@ -40,10 +40,10 @@ struct UnitWork {
 /// lights, from which a pixel's total is guessed, have maps from the start, and so have all where they are few. Where not all maps fit into the memory at once,
 /// units are lit in batches; and where those of a single unit do not, what its lights leave at its pixels is looked up some
 /// maps at a time and remembered instead, a byte a pixel.
-/// @param units_of_tile  units that lie in one tile, whether they exist or not: its groups, or its pixels
+/// @param units_of_tile  numbers of units that a tile has, whether they exist or not: its groups, or its pixels
 /// `go_on(done)`, done in [0, 1], is asked between rounds; returns false where it said stop. `rounds` receives how many
 /// there were. Throws Error{out_of_memory} where not even that fits.
-bool light_in_rounds(Device& device, LightMaps& maps, const TreeViews& trees, std::uint32_t count,
+bool light_in_rounds(Device& device, LightMaps& maps, const TreeViews& trees, const UnitList& all,
                      std::uint32_t units_of_tile, const UnitWork& work, const std::function<bool(double)>& go_on,
                      std::uint64_t& rounds);
 

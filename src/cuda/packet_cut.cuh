@@ -20,7 +20,7 @@ __global__ void __launch_bounds__(kCutThreads, kCutBlocks)
   __shared__ CutSpace<Visibility, 1> spaces[kCutWarps];
   const std::uint32_t warp = (blockIdx.x * kCutThreads + threadIdx.x) / 32, warps = gridDim.x * kCutWarps;
   for (std::uint32_t place = warp; place < list.count;) {
-    const std::uint32_t group = list.group(place);
+    const std::uint32_t group = list.groups[place];
     const bool remembers = cuts.lit_by != nullptr && !Visibility::asks;
     GroupRest rest;
     if (remembers && cuts.lit_by[group] != LitBy::warp) {

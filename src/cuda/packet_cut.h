@@ -71,15 +71,11 @@ struct MissedList {
 #endif
 };
 
-/// Groups to light: those named, or, where `groups` is null, `count` from the first on.
+/// Groups to light, by their numbers.
 struct GroupList {
   const std::uint32_t* groups = nullptr;
-  std::uint32_t first = 0, count = 0;
+  std::uint32_t count = 0;
   MissedList missed = {};
-
-  [[nodiscard]] LC_FN std::uint32_t group(std::uint32_t place) const {
-    return groups != nullptr ? groups[place] : first + place;
-  }
 };
 
 /// Node tests, a look at a light counting for some of them, after which what lights a group of pixels changes its ways. Where

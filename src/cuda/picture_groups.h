@@ -13,7 +13,7 @@ class PictureGroups {
   /// CutJob::groups.
   [[nodiscard]] const std::uint32_t* pixels() const { return pixels_.data(); }
   /// Those that exist, and the first group of each tile in any case; in about the order of tiles.
-  [[nodiscard]] GroupList list() const { return {list_.data(), 0, count_}; }
+  [[nodiscard]] GroupList list() const { return {list_.data(), count_}; }
 
  private:
   DeviceBuffer<std::uint32_t> pixels_, list_;

@@ -5,7 +5,7 @@
 
 namespace lightcuts::cuda {
 
-/// Memory for what became of shadow rays, a part for each warp or block that lights tiles at the same time.
+/// Memory for what became of shadow rays, a part for each warp or block that lights groups at the same time.
 struct RayMemory {
   static constexpr std::uint32_t kOfWarp = 1024, kOfBlock = 8192;  ///< lights: powers of two
 

@@ -12,8 +12,9 @@ namespace lightcuts::cuda {
 template <class Depth, int Size>
 struct SeeByMaps {
   static constexpr bool shadows = true, own_cuts = false, traces = false, by_maps = true, asks = false;
-  static constexpr int look_tests = 3, place_tests = 5,
-                       own_look_tests = 16;  ///< more where pixels look, and at all of a map
+  static constexpr int look_tests = 3;
+  static constexpr int place_tests = 5;      ///< more where pixels look by their places
+  static constexpr int own_look_tests = 16;  ///< yet more where they look at all of the map
   static constexpr int crew_look_tests = 6, most_umbras = 16;
   static constexpr float first_caution = 0.9f, least_occluder = kLeastOccluderByMaps;
   using Group = FlatReceivers;

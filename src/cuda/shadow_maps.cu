@@ -288,6 +288,13 @@ __device__ bool same_place(const PointLight& a, const PointLight& b) {
 }
 __device__ bool same_place(const DirectionalLight& a, const DirectionalLight& b) { return a.direction == b.direction; }
 
+/// Places that the maps of a light take.
+__device__ std::uint32_t places_of(const PointLight& light) { return light.cos_outer < 0 ? 2 : 1; }
+template <class Light>
+__device__ std::uint32_t places_of(const Light&) {
+  return 1;
+}
+
 template <class Light>
 struct ForgetMoved {
   const Light* before;
@@ -297,7 +304,7 @@ struct ForgetMoved {
   __device__ void operator()(std::uint32_t i) const {
     if (slots[i] == kNone || same_place(before[i], now[i])) return;
     slots[i] = kNone;
-    atomicAdd(forgotten, 1u);
+    atomicAdd(forgotten, places_of(before[i]));
   }
 };
 
@@ -324,6 +331,7 @@ std::uint32_t DeviceMaps::replace_lights(const LightArrays& lights) {
 void DeviceMaps::renew(std::uint32_t capacity) {
   clear();
   codes_ = {};
+  capacity_ = 0;  // should the next line throw
   grow(capacity);
 }
 

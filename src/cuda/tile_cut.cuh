@@ -28,7 +28,8 @@ inline constexpr float kLargestDrop = 16;
 inline constexpr float kDoubt = 16;
 /// Walks after which a threshold is 0: every light counts by itself, which keeps any promise.
 inline constexpr int kMostRounds = 16;
-/// A threshold relative to that of a group that misses maps, down to which it asks for them.
+/// Of the threshold of a group that misses maps: down to this part of it the group asks for maps, in case less light arrives
+/// than was guessed.
 inline constexpr float kMoreMaps = 0.5f;
 /// Nodes that wait, for each block of a crew, from which on they are shared out.
 inline constexpr int kSharedNodes = 64;
@@ -59,8 +60,8 @@ class TileCut : TileLight<Visibility, crew> {
                      const RememberedRays& remembered, Meeting* meeting = nullptr)
       : Base(job, visibility, cuts, space, remembered, meeting) {}
 
-  /// Lights a group, unless it is left: then nothing is written of it. Of its tile's pixels that see nothing the first group says
-  /// so.
+  /// Lights a group, unless it is left: then nothing is written of it. The tile's first group also writes empty cuts for the
+  /// tile's pixels that see nothing.
   /// @param missed  it misses lights: it is walked only to find out which others it will miss
   __device__ GroupRest run(const PixelView& pixels, const SumView& sums, std::uint32_t group, bool missed) {
     tile_ = group / kTileGroups;
@@ -182,7 +183,7 @@ class TileCut : TileLight<Visibility, crew> {
       lanes = limited ? 0 : __ballot_sync(kAllLanes, mine_ && !kept);
       threshold = round >= kMostRounds ? 0 : fmaxf(kNextCaution * error * seen, threshold / kLargestDrop);
       if constexpr (Visibility::by_maps) {
-        if (lanes != 0 || !missed_) continue;
+        if (lanes != 0 || limited || !missed_) continue;
         // Should less light arrive through the maps that are missing, it will miss others: it asks for these now.
         asks_more_ = true;
         lanes = group;

@@ -11,7 +11,7 @@ namespace lightcuts::cuda {
 /// Where less than this share of the upper levels' light arrives, the few of them that do tell little.
 inline constexpr float kUnsureArrival = 0.2f;
 
-inline constexpr int kTeam = 8;  ///< warps of a block that lights a tile together
+inline constexpr int kTeam = 8;  ///< warps of a block that lights a group together
 
 /// A node and the pixels that it concerns.
 struct PixelsNode {
@@ -26,7 +26,7 @@ struct WarpStage {
   typename Visibility::Staged seen[32];  ///< of `lights`
 };
 
-/// The shared memory of a warp that lights a tile alone, or of a block that does.
+/// The shared memory of a warp that lights a group alone, or of a block that does.
 template <class Visibility, int warps>
 struct CutSpace {
   static constexpr int kStack = 256 * warps;                      ///< nodes to go below
@@ -42,7 +42,7 @@ struct CutSpace {
 
 static_assert(sizeof(CrewPart) <= sizeof(StagedLight));  // a warp leaves its part in `lights`
 
-/// What the pixels of a tile get of lights, a pixel a lane of each warp of the crew: the estimate from the trees' upper levels, and
+/// What a group of a tile's pixels gets of lights, a pixel a lane of each warp of the crew: the estimate from the trees' upper levels, and
 /// the sum over nodes that were chosen.
 template <class Visibility, Crew crew>
 class TileLight {

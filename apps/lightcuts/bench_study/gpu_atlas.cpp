@@ -4,6 +4,7 @@
 
 #if defined(LIGHTCUTS_HAS_CUDA)
 
+#include "bench_study/atlas.h"
 #include "cuda/device.h"
 #include "cuda/fill_atlas.h"
 
@@ -13,7 +14,6 @@ namespace {
 using Codes = std::vector<std::uint16_t>;
 using cuda::check;
 
-constexpr int kLevels = 2;
 constexpr int kWarmUp = 1;
 
 /// Time between two moments of a device's stream.
@@ -58,7 +58,7 @@ std::size_t differing(const cuda::DeviceBuffer<std::uint16_t>& on_device, const 
 Json time_gpu_atlas(int device_index, const Codes& atlas, const Codes& filled, int side, int repeats) {
   cuda::Device device(device_index, 0);
   cuda::DeviceBuffer<std::uint16_t> fresh(device, atlas.size()), texture(device, atlas.size());
-  cuda::DeviceBuffer<std::uint16_t> coarser(device, cuda::atlas_scratch(side, kLevels));
+  cuda::DeviceBuffer<std::uint16_t> coarser(device, cuda::atlas_scratch(side, kAtlasLevels));
   fresh.upload(atlas.data(), atlas.size());
   Events events;
   Json found = Json::object();
@@ -74,7 +74,8 @@ Json time_gpu_atlas(int device_index, const Codes& atlas, const Codes& filled, i
     }
     found[name] = times_json(times);
   };
-  measure("levels", [&] { cuda::fill_atlas(device, texture.data(), side, kLevels, HoleFill::mean, coarser.data()); });
+  measure("levels",
+          [&] { cuda::fill_atlas(device, texture.data(), side, kAtlasLevels, HoleFill::mean, coarser.data()); });
   measure("at_once", [&] { cuda::fill_atlas_at_once(device, texture.data(), side); });
   found["differing"] = wrong;
   return found;

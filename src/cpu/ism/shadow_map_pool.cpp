@@ -185,7 +185,7 @@ void ShadowMapPool::group_shares(const FlatReceivers& receivers, std::span<const
     for (std::size_t i = 0; i < vpls.size(); ++i) {
       const Place place = own_map(LightKind::vpl, vpls[i], 0);
       maps[0] = {place.blocks->record(place.at), place.blocks->codes(place.at)};
-      float one[kPacketSize];  // whole packets are written
+      alignas(64) float one[kPacketSize];  // whole packets are written
       maker_.look_up_group(receivers, maps, 1, one);
       share[i] = one[0];
     }

@@ -8,15 +8,16 @@ namespace lightcuts::cuda {
 
 /// An order of groups of pixels in which none that takes long is among the last.
 ///
-/// Costs are those of the picture before, or what earlier walks of this one found; without any, groups stay as they are.
+/// Costs are those of the picture before, or what earlier walks of this one found; without any, groups stay as they
+/// are.
 class GroupOrder {
  public:
   /// For a picture of so many tiles.
   void begin(Device& device, std::uint32_t tile_count);
   /// CutView::cost, for kernels to write.
   [[nodiscard]] std::uint32_t* cost() const { return now_.data(); }
-  /// The list with those groups first that cost most, about; valid until the next call. Equally dear ones stay together, as
-  /// neighbours read the same nodes.
+  /// The list with those groups first that cost most, about; valid until the next call. Equally dear ones stay
+  /// together, as neighbours read the same nodes.
   GroupList sorted(Device& device, const GroupList& list);
   /// From here on costs of this picture count.
   void use_this_picture() { known_ = now_.data(); }

@@ -31,7 +31,8 @@ class MapLighter {
   MapLighter(Device& device, const DevicePoints& points, const LightArrays& lights, const MapOptions& options,
              std::uint64_t budget);
 
-  /// Adds all lights to the pixels' sums. `go_on(done)`, done in [0, 1], is asked between batches; false where it said stop.
+  /// Adds all lights to the pixels' sums. `go_on(done)`, done in [0, 1], is asked between batches; false where it said
+  /// stop.
   bool light(const PixelGrid& grid, const PixelView& pixels, float min_distance, const SumView& sums,
              const std::function<bool(double)>& go_on);
 

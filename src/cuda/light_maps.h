@@ -8,8 +8,8 @@
 
 namespace lightcuts::cuda {
 
-/// Of no more lights than this all get maps at once, if these are of 32x32 texels and 2000 points, or of fewer lights if they are
-/// larger: to draw them takes 0.7 ms on an H100, to find out which are wanted longer.
+/// Of no more lights than this all get maps at once, if these are of 32x32 texels and 2000 points, or of fewer lights
+/// if they are larger: to draw them takes 0.7 ms on an H100, to find out which are wanted longer.
 inline constexpr std::uint32_t kFewLights = 16384;
 
 /// Lights whose shadow maps a kernel asked for and did not find.
@@ -56,8 +56,8 @@ class LightMaps {
 
   /// Makes the maps that are wanted, and forgets the wishes; false where there is no room for them: none is made then.
   bool add_wanted();
-  /// Makes the first maps, once until other trees or lights are announced: of the trees' upper levels, or of all lights where
-  /// they are so few that to find out which are wanted would take longer. False where there is no room for them.
+  /// Makes the first maps, once until other trees or lights are announced: of the trees' upper levels, or of all lights
+  /// where they are so few that to find out which are wanted would take longer. False where there is no room for them.
   bool add_first(const TreeViews& trees);
   /// Whether hardly any of the maps that will be wanted are there.
   [[nodiscard]] bool has_hardly_any() const { return !has_all_ && maps_->count() - dead_ <= first_maps_; }
@@ -69,8 +69,8 @@ class LightMaps {
 
   // One tile of which the maps do not fit all at once.
   using FillShares = std::function<void(const std::uint32_t* ids, std::uint32_t count, int kind, std::uint8_t* shares)>;
-  /// Takes the wishes, and the trees' upper levels, into the table: some maps at a time, which `fill` looks up before they
-  /// are forgotten. Throws Error{out_of_memory} where the table does not fit.
+  /// Takes the wishes, and the trees' upper levels, into the table: some maps at a time, which `fill` looks up before
+  /// they are forgotten. Throws Error{out_of_memory} where the table does not fit.
   void look_up_wanted(const TreeViews& trees, const FillShares& fill);
   [[nodiscard]] const ShareTable& table() const { return table_; }
   void forget_table();

@@ -30,7 +30,8 @@ struct CutListing {
   bool own_cuts = false;  ///< as where looking at a light is dear
 };
 
-/// Groups that a tile's pixels form at most. Group k of tile t has the number t * kTileGroups + k, whether it exists or not.
+/// Groups that a tile's pixels form at most. Group k of tile t has the number t * kTileGroups + k, whether it exists or
+/// not.
 inline constexpr std::uint32_t kTileGroups = 4;
 
 /// Groups of pixels that are to be lit by a crew, in no order.
@@ -78,8 +79,8 @@ struct GroupList {
   MissedList missed = {};
 };
 
-/// Node tests, a look at a light counting for some of them, after which what lights a group of pixels changes its ways. Where
-/// hardly any light arrives, cuts have very many nodes.
+/// Node tests, a look at a light counting for some of them, after which what lights a group of pixels changes its ways.
+/// Where hardly any light arrives, cuts have very many nodes.
 struct WorkLimits {
   std::uint32_t most;   ///< of a warp, after which the group is left to a crew of blocks
   std::uint32_t doubt;  ///< of a warp's first walk, after which it begins again with a higher threshold
@@ -107,12 +108,13 @@ struct CutJob {
 
 /// Lights groups of a tile's pixels by cuts that they share.
 ///
-/// The pixels of a tile that lie on one surface form a group (see PictureGroups). A warp walks the trees for a group with a node a lane,
-/// against the group's box, cone of normals and smallest threshold; nodes whose bound is small enough for all of its
-/// pixels go to a list, and when that is full each lane sums the list for its pixel. Thresholds come from an estimate of
-/// the pixels' totals by the trees' upper levels; pixels whose total then turns out too small for the largest bound walk
-/// again, so in the end the promise holds for each. Groups that test very many nodes are left to several blocks, which
-/// share out what waits, and those that are too much for these to many. Sums are in a fixed order.
+/// The pixels of a tile that lie on one surface form a group (see PictureGroups). A warp walks the trees for a group
+/// with a node a lane, against the group's box, cone of normals and smallest threshold; nodes whose bound is small
+/// enough for all of its pixels go to a list, and when that is full each lane sums the list for its pixel. Thresholds
+/// come from an estimate of the pixels' totals by the trees' upper levels; pixels whose total then turns out too small
+/// for the largest bound walk again, so in the end the promise holds for each. Groups that test very many nodes are
+/// left to several blocks, which share out what waits, and those that are too much for these to many. Sums are in a
+/// fixed order.
 void cut_by_packets(Device& device, const TracedScene& traced, const PixelView& pixels, const CutJob& job,
                     bool shadow_rays, const GroupList& list, const SumView& sums, const CutView& cuts);
 

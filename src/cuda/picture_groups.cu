@@ -16,8 +16,8 @@ __device__ unsigned like_first(unsigned waiting, Vec3 position, Vec3 normal) {
   return (__ballot_sync(kAllLanes, alike) | 1u << leader) & waiting;
 }
 
-/// A warp a tile: those like its first pixel, those like the first of the others, and so on; the last group is whatever is left,
-/// however scattered. Which block lists its groups first is up to the device, and does not matter.
+/// A warp a tile: those like its first pixel, those like the first of the others, and so on; the last group is whatever
+/// is left, however scattered. Which block lists its groups first is up to the device, and does not matter.
 __global__ void __launch_bounds__(kThreads)
     find_groups(PixelView pixels, std::uint32_t tile_count, std::uint32_t* group_pixels, std::uint32_t* list,
                 std::uint32_t* count) {

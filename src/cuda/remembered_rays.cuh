@@ -13,11 +13,11 @@ struct RayMemory {
   unsigned long long* rays = nullptr;  ///< traced ones in the upper half, those that arrived in the lower
 };
 
-/// What became of the shadow rays of a group's earlier walks. A node's light is also that of one of its children, so each walk
-/// asks again for what the ones before it asked for, but for those nodes that they did not open.
+/// What became of the shadow rays of a group's earlier walks. A node's light is also that of one of its children, so
+/// each walk asks again for what the ones before it asked for, but for those nodes that they did not open.
 ///
-/// Shared by the threads that have its memory. Entries are added and never replaced, in whatever order: what is forgotten is traced
-/// again, so only speed and the number of rays that were traced depend on it.
+/// Shared by the threads that have its memory. Entries are added and never replaced, in whatever order: what is
+/// forgotten is traced again, so only speed and the number of rays that were traced depend on it.
 class RememberedRays {
  public:
   /// A light's rays, by pixels.

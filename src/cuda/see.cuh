@@ -45,17 +45,17 @@ __device__ inline Ray shadow_ray_to(Vec3 from, const StagedLight& light) {
 
 // --- Ways to see lights ---
 //
-// `shadows`: looking at a light costs more than its bound. `own_cuts`: so much more that every pixel of a group tests the
-// nodes that the group as a whole refuses. `traces`: looks are counted as rays. `by_maps`: lights may have no maps yet. `asks`: walks
-// once, to mark lights whose maps are missing. `look_tests`: tests of nodes that take a warp as long as a look;
-// `crew_look_tests`: the same for a crew, where every look counts alike; `most_umbras`: of a group, each of which
-// costs every test; `least_occluder`: what a polygon must weigh (see occluder_weight) to be worth that; `first_caution`: the
-// first walk's threshold relative to the estimate. All by measurement: where a walk costs little, or its rays are
-// remembered, few nodes first tell the total better, for no node leaves a cut again. `Group`: what is known of
-// a group's pixels. `Staged`: what is read, and seen, of a light once for all of them.
+// `shadows`: looking at a light costs more than its bound. `own_cuts`: so much more that every pixel of a group tests
+// the nodes that the group as a whole refuses. `traces`: looks are counted as rays. `by_maps`: lights may have no maps
+// yet. `asks`: walks once, to mark lights whose maps are missing. `look_tests`: tests of nodes that take a warp as long
+// as a look; `crew_look_tests`: the same for a crew, where every look counts alike; `most_umbras`: of a group, each of
+// which costs every test; `least_occluder`: what a polygon must weigh (see occluder_weight) to be worth that;
+// `first_caution`: the first walk's threshold relative to the estimate. All by measurement: where a walk costs little,
+// or its rays are remembered, few nodes first tell the total better, for no node leaves a cut again. `Group`: what is
+// known of a group's pixels. `Staged`: what is read, and seen, of a light once for all of them.
 //
-// share() says what arrives at a pixel: at `receiver`, whose exact position is `from`, the tile's `pixel`-th. Where rays are
-// traced only `from` counts.
+// share() says what arrives at a pixel: at `receiver`, whose exact position is `from`, the tile's `pixel`-th. Where
+// rays are traced only `from` counts.
 
 /// All light arrives.
 struct SeeAll {
@@ -79,8 +79,8 @@ struct SeeAll {
   }
 };
 
-/// Whether something is in a ray's way; compiled once, for wherever rays are traced the loops around them are to stay in the
-/// instruction cache.
+/// Whether something is in a ray's way; compiled once, for wherever rays are traced the loops around them are to stay
+/// in the instruction cache.
 __device__ __noinline__ inline bool blocked(const DeviceTracer& tracer, const Ray& ray) { return tracer.occluded(ray); }
 
 /// Exact shadow rays.

@@ -110,8 +110,8 @@ __device__ void finish_small_map(const MapView& view, float steps, const int* ne
   write_small_map(fine, out);
 }
 
-/// One block a map. `Size` and `Threads`: those of the maps made most often, so that the loops over texels unroll; 0: as
-/// the launch says. `InShared`: the map is drawn in shared memory, else in the block's scratch.
+/// One block a map. `Size` and `Threads`: those of the maps made most often, so that the loops over texels unroll; 0:
+/// as the launch says. `InShared`: the map is drawn in shared memory, else in the block's scratch.
 template <bool Paraboloid, class Depth, bool InShared, int Size, int Threads, int Blocks = 1>
 __global__ void __launch_bounds__(Threads > 0 ? Threads : 256, Blocks) draw_maps_kernel(DrawParams p) {
   using Queue = DiscQueue<std::conditional_t<InShared, std::uint32_t, std::uint64_t>>;

@@ -48,9 +48,8 @@ class DeviceMaps {
   /// Forgets all maps and takes memory for so many, after giving back the old.
   void renew(std::uint32_t capacity);
 
-  /// Takes other lights in the place of those that there were, as many of each kind: maps of those that stand where they
-  /// stood, and look where they looked, stay. Returns how many maps were forgotten, whose places
-  /// stay taken.
+  /// Takes other lights in the place of those that there were, as many of each kind: maps of those that stand where
+  /// they stood, and look where they looked, stay. Returns how many maps were forgotten, whose places stay taken.
   std::uint32_t replace_lights(const LightArrays& lights);
 
   // Make the maps of lights that have none yet; each light once. There must be room for them.

@@ -23,13 +23,13 @@ __device__ inline float group_bound(const ReceiverGroup<FastFloat>& group, const
 inline constexpr float kNextCaution = 0.98f;
 /// A threshold sinks at most by this factor from one walk to the next.
 inline constexpr float kLargestDrop = 16;
-/// By how much a first threshold is raised that made a walk long, for the estimate may be far too low, and by how much a
-/// crew's is from the start.
+/// By how much a first threshold is raised that made a walk long, for the estimate may be far too low, and by how much
+/// a crew's is from the start.
 inline constexpr float kDoubt = 16;
 /// Walks after which a threshold is 0: every light counts by itself, which keeps any promise.
 inline constexpr int kMostRounds = 16;
-/// Of the threshold of a group that misses maps: down to this part of it the group asks for maps, in case less light arrives
-/// than was guessed.
+/// Of the threshold of a group that misses maps: down to this part of it the group asks for maps, in case less light
+/// arrives than was guessed.
 inline constexpr float kMoreMaps = 0.5f;
 /// Nodes that wait, for each block of a crew, from which on they are shared out.
 inline constexpr int kSharedNodes = 64;
@@ -60,8 +60,8 @@ class TileCut : TileLight<Visibility, crew> {
                      const RememberedRays& remembered, Meeting* meeting = nullptr)
       : Base(job, visibility, cuts, space, remembered, meeting) {}
 
-  /// Lights a group, unless it is left: then nothing is written of it. The tile's first group also writes empty cuts for the
-  /// tile's pixels that see nothing.
+  /// Lights a group, unless it is left: then nothing is written of it. The tile's first group also writes empty cuts
+  /// for the tile's pixels that see nothing.
   /// @param missed  it misses lights: it is walked only to find out which others it will miss
   __device__ GroupRest run(const PixelView& pixels, const SumView& sums, std::uint32_t group, bool missed) {
     tile_ = group / kTileGroups;
@@ -144,8 +144,8 @@ class TileCut : TileLight<Visibility, crew> {
 
   // --- Rounds ---
   //
-  // What is long is written, and compiled, in one place: a kernel whose loops do not fit into the instruction cache waits for
-  // instructions.
+  // What is long is written, and compiled, in one place: a kernel whose loops do not fit into the instruction cache
+  // waits for instructions.
 
   __device__ void light_group(unsigned group) {
     unsigned lanes = group;
@@ -233,8 +233,8 @@ class TileCut : TileLight<Visibility, crew> {
 
   // --- The walk ---
 
-  /// Walks once, and where a cut must not be larger than allowed first until a threshold is found at which it is not; returns
-  /// whether that is a higher one. Leaves found_, the largest bounds and the pixels' light.
+  /// Walks once, and where a cut must not be larger than allowed first until a threshold is found at which it is not;
+  /// returns whether that is a higher one. Leaves found_, the largest bounds and the pixels' light.
   __device__ bool walk_until_it_fits() {
     FitSearch search;
     bool counting = job_.max_cut > 0 && !asks_more_;
@@ -365,12 +365,12 @@ class TileCut : TileLight<Visibility, crew> {
     __syncwarp();
   }
 
-  /// All warps of a block share what waits and what was chosen, so all have as much to do; places are given in the order of
-  /// threads, so that sums are always the same.
+  /// All warps of a block share what waits and what was chosen, so all have as much to do; places are given in the
+  /// order of threads, so that sums are always the same.
   ///
-  /// All blocks of a crew begin with the same steps, from the parts that the tree was taken apart into: what is accepted then
-  /// counts as the first one's. Once enough nodes wait they are shared out: parts themselves would not do, as what is
-  /// dear to a group lies in few of them, those next to it.
+  /// All blocks of a crew begin with the same steps, from the parts that the tree was taken apart into: what is
+  /// accepted then counts as the first one's. Once enough nodes wait they are shared out: parts themselves would not
+  /// do, as what is dear to a group lies in few of them, those next to it.
   template <int kind>
   __device__ void walk_together(bool counting) {
     const unsigned before = (1u << lane_) - 1;
@@ -451,8 +451,8 @@ class TileCut : TileLight<Visibility, crew> {
     return index;
   }
 
-  /// Keeps every n-th of the nodes that wait, n being the crew's blocks, at the stack's begin, and leaves the others to the
-  /// crew's other blocks; returns how many.
+  /// Keeps every n-th of the nodes that wait, n being the crew's blocks, at the stack's begin, and leaves the others to
+  /// the crew's other blocks; returns how many.
   __device__ int keep_share(int gone, int waiting) const {
     const int step = meeting_->blocks(), kept = (waiting - meeting_->rank() + step - 1) / step;
     for (int done = 0; done < kept; done += kTeam * 32) {

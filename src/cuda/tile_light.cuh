@@ -42,8 +42,8 @@ struct CutSpace {
 
 static_assert(sizeof(CrewPart) <= sizeof(StagedLight));  // a warp leaves its part in `lights`
 
-/// What a group of a tile's pixels gets of lights, a pixel a lane of each warp of the crew: the estimate from the trees' upper levels, and
-/// the sum over nodes that were chosen.
+/// What a group of a tile's pixels gets of lights, a pixel a lane of each warp of the crew: the estimate from the
+/// trees' upper levels, and the sum over nodes that were chosen.
 template <class Visibility, Crew crew>
 class TileLight {
  protected:
@@ -101,7 +101,8 @@ class TileLight {
     return factor_of<kind>(receiver_, light, job_.min_distance * job_.min_distance);
   }
 
-  /// Adds those of the staged lights of which the share that arrives is known, two at a time: so each waits less for the other.
+  /// Adds those of the staged lights of which the share that arrives is known, two at a time: so each waits less for
+  /// the other.
   template <int kind>
   __device__ void add_known(unsigned known, const PixelsNode* chosen) {
     const auto take = [&known] {
@@ -258,8 +259,8 @@ class TileLight {
 
   // --- Chosen nodes ---
 
-  /// Adds the light of this warp's share of the chosen nodes to each pixel of the group: 32 nodes, then the next 32 of every
-  /// `step`.
+  /// Adds the light of this warp's share of the chosen nodes to each pixel of the group: 32 nodes, then the next 32 of
+  /// every `step`.
   template <int kind>
   __device__ void sum_chosen(int count, int from, int step) {
     for (int first = from; first < count; first += step) {
@@ -311,8 +312,8 @@ class TileLight {
     stage_.seen[lane_] = seen;
   }
 
-  /// Traces the rays to the staged lights: where pixels have cuts of their own few of them ask for the same light, so the lanes
-  /// share out all rays, sorted by light.
+  /// Traces the rays to the staged lights: where pixels have cuts of their own few of them ask for the same light, so
+  /// the lanes share out all rays, sorted by light.
   template <int kind>
   __device__ void trace_chosen(const PixelsNode* chosen, int here) {
     const RememberedRays::Rays before =

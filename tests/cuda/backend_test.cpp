@@ -28,8 +28,8 @@ Scene valid(Scene scene) {
 
 double relative_difference(Vec3 a, Vec3 b) { return length(a - b) / std::max(1e-6f, length(b)); }
 
-/// VPLs that the GPU has in the CPU's place within 1e-4; both lists are in the order of paths, with some paths longer in
-/// one than in the other.
+/// VPLs that the GPU has in the CPU's place within 1e-4; both lists are in the order of paths, with some paths longer
+/// in one than in the other.
 double share_of_equal_vpls(const std::vector<Vpl>& a, const std::vector<Vpl>& b, float diagonal) {
   std::size_t i = 0, j = 0, equal = 0;
   const auto same = [&](std::size_t p, std::size_t q) {

@@ -25,7 +25,8 @@ struct CutResult {
   CutCounts counts;
 };
 
-/// Ways to cut: groups share one; each pixel has its own; crews for the larger ones; large crews for all but the smallest.
+/// Ways to cut: groups share one; each pixel has its own; crews for the larger ones; large crews for all but the
+/// smallest.
 struct Way {
   bool own_cuts = false;
   std::uint32_t heavy_work = 16384;

@@ -9,7 +9,6 @@
 #include "cuda/device_fixture.h"
 #include "cuda/device_lights.h"
 #include "cuda/device_scene.h"
-#include "cuda/light_by_maps.h"
 #include "cuda/map_rounds.h"
 #include "cuda/packet_cut_by_maps.h"
 #include "cuda/picture_groups.h"
@@ -74,7 +73,8 @@ TEST_P(CutsByMaps, AreNearStricterCutsAndHeapsNearTheSumOverAllLights) {
     Statistics of_cuts, of_sum, of_heaps, again;
     const Image cuts = shade(*gpu, Method::lightcuts, of_cuts);
     const Image repeated = shade(*gpu, Method::lightcuts, again);  // with the maps of the first
-    // Groups leave out what large polygons hide for certain, of which the sum over all maps lets some through; heaps do not.
+    // Groups leave out what large polygons hide for certain, of which the sum over all maps lets some through; heaps do
+    // not.
     options.error /= 20;
     const Comparison difference = compare(cuts, shade(*gpu, Method::lightcuts, of_sum));
     options.error *= 20;
@@ -92,7 +92,8 @@ TEST_P(CutsByMaps, AreNearStricterCutsAndHeapsNearTheSumOverAllLights) {
         static_cast<unsigned long long>(of_cuts.shadow_maps.count),
         static_cast<unsigned long long>(of_sum.shadow_maps.count),
         static_cast<unsigned long long>(of_cuts.shadow_maps.rounds));
-    // A stricter cut parts its groups differently, and so what is hidden from them: in `interior` much leaks through maps.
+    // A stricter cut parts its groups differently, and so what is hidden from them: in `interior` much leaks through
+    // maps.
     EXPECT_LT(difference.mean_relative_error, std::string(GetParam()) == "interior" ? 0.05 : 0.02);
     EXPECT_GE(of_cuts.shadow_maps.count, of_cuts.cut.lights_used);
     EXPECT_EQ(again.shadow_maps.count, 0u);
@@ -120,8 +121,8 @@ TEST_P(CutsByMaps, AreTheCpus) {
   EXPECT_NEAR(of_gpu.cut.mean / of_cpu.cut.mean, 1, 0.01);
   Statistics twice;
   expect_same_planes(heap_b, shade(*gpu, Method::lightcuts, twice));
-  // Groups of pixels are not the CPU's, and what is hidden for certain from a whole group depends on the group: where maps
-  // leak, both differ. So each is held against rays, to which the GPU's must be about as near.
+  // Groups of pixels are not the CPU's, and what is hidden for certain from a whole group depends on the group: where
+  // maps leak, both differ. So each is held against rays, to which the GPU's must be about as near.
   options.cut = CutWalk::packet;
   const Image a = shade(*cpu, Method::lightcuts, of_cpu), b = shade(*gpu, Method::lightcuts, of_gpu);
   options.visibility = Visibility::rays;
@@ -152,8 +153,8 @@ TEST_P(CutsByMaps, InLittleMemoryGiveTheSamePicture) {
             walk == CutWalk::heap ? "heap" : "packet", static_cast<unsigned long long>(of_all.shadow_maps.count),
             static_cast<unsigned long long>(of_few.shadow_maps.room),
             static_cast<unsigned long long>(of_few.shadow_maps.rounds), static_cast<double>(budget) / (1 << 20));
-        // Where a group is lit by what was remembered of its lookups, in steps of 1/255, what it takes is judged otherwise too:
-        // its cut may be another, of the same promise.
+        // Where a group is lit by what was remembered of its lookups, in steps of 1/255, what it takes is judged
+        // otherwise too: its cut may be another, of the same promise.
         const double apart = compare(few, all).relmse;
         if (apart > 0) std::printf("    relmse %.1e\n", apart);
         EXPECT_LT(apart, 2e-5);
@@ -233,7 +234,7 @@ TEST_F(OnDevice, CutsByMapsKeepTheirPromiseAgainstTheShadowedTotal) {
   const DevicePoints points(*device, on_device.view(), edges, 2000, 1);
   const Box bounds = scene_bounds(scene);
   const auto inside = [&](Vec3 v) { return center(bounds) + v * (0.3f * diagonal(bounds) / 1.5f); };
-  Lights lights = test::mixed_lights(21, reduced() ? 200 : 20000, 60, 20);
+  Lights lights = test::mixed_lights(21, reduced() ? 200 : 3000, 60, 20);
   for (Vpl& v : lights.vpls) v.position = inside(v.position);
   for (PointLight& p : lights.points) p.position = inside(p.position * 0.7f);
   const LightTrees trees = build_light_trees(lights, diagonal(bounds), {}, {});
@@ -245,11 +246,8 @@ TEST_F(OnDevice, CutsByMapsKeepTheirPromiseAgainstTheShadowedTotal) {
   const LightArrays arrays_of_lights{sent.vpls.data(), sent.points.data(), sent.directionals.data(),
                                      sent.vpl_count,   sent.point_count,   sent.directional_count};
   MapOptions map_options;
-  map_options.size = 32;
-  // Room for all maps but a few: so they are made as they are asked for.
-  const std::uint64_t room = (most_maps(arrays_of_lights) - 8) * DeviceMaps::bytes_per_map(map_options);
-  LightMaps maps(*device, points, map_options, arrays_of_lights,
-                 LightMaps::fixed_bytes(*device, map_options, arrays_of_lights) + room);
+  map_options.size = 128;  // so large that they are made as they are asked for
+  LightMaps maps(*device, points, map_options, arrays_of_lights, std::uint64_t{1} << 30);
   const auto position = send(*device, at.position), ns = send(*device, at.ns), ng = send(*device, at.ng),
              albedo = send(*device, at.albedo);
   const std::size_t n = at.position.size();

@@ -195,8 +195,8 @@ TEST(ShadowMapPool, ForgetsSomeMapsAndTakesAnotherRoom) {
 }
 
 TEST(LightcutsByMaps, WithoutErrorAreTheSumOverAllMapsButForWhatIsHidden) {
-  // A promise of zero means every light by itself: then the heap's is the sum, to rounding. The packet walk leaves out what
-  // large polygons hide for certain, of which maps let some light through.
+  // A promise of zero means every light by itself: then the heap's is the sum, to rounding. The packet walk leaves out
+  // what large polygons hide for certain, of which maps let some light through.
   const Rendered sum = shade(2, by_maps(), 0, 300);
   ShadeOptions options = by_maps();
   options.method = Method::lightcuts;

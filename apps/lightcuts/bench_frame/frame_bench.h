@@ -66,7 +66,8 @@ class FrameBench {
   double picture_ms(const ShadeOptions& options, Again again, Statistics& statistics);
   void shade(const std::string& stage, const ShadeOptions& options, Again again = Again::pixels);
 
-  /// The times [ms] that `run` returns, or where it returns 0 the clock's, after a warm-up; none where the user stops it.
+  /// The times [ms] that `run` returns, or where it returns 0 the clock's, after a warm-up; none where the user stops
+  /// it.
   Repeats time(const Effort& effort, const std::function<double()>& run);
   [[nodiscard]] Effort effort() const { return {sizes_.runs, sizes_.longest_s}; }
 

@@ -34,7 +34,8 @@ const Goal* goal_of(const std::string& scene, const std::string& stage, std::uin
 /// "33 ms, then 20 ms".
 std::string goal_words(const Goal& goal);
 
-/// The goals beside what was measured: `rows` as `bench frame` writes them. Whether they are met is said at full scale only.
+/// The goals beside what was measured: `rows` as `bench frame` writes them. Whether they are met is said at full scale
+/// only.
 Json goals_json(const Json& rows, bool full_scale);
 
 /// The lines of a table of goals_json.

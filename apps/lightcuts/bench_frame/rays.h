@@ -7,7 +7,8 @@
 
 namespace lightcuts::app::frame {
 
-/// Rays that share nothing: from random points of a scene's surfaces in random directions, asked whether they meet anything.
+/// Rays that share nothing: from random points of a scene's surfaces in random directions, asked whether they meet
+/// anything.
 struct IncoherentRays {
   std::uint32_t count;
   int warm_up, runs;

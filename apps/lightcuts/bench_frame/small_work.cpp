@@ -16,7 +16,8 @@ constexpr std::uint64_t kFewLights = 64;
 
 }  // namespace
 
-/// Of the clock, for what is small is mostly what stands around the device's work; on a GPU the processor's time beside it.
+/// Of the clock, for what is small is mostly what stands around the device's work; on a GPU the processor's time beside
+/// it.
 void FrameBench::measure_small_work() {
   struct Kind {
     const char* stage;
@@ -56,7 +57,8 @@ void FrameBench::measure_small_work() {
   }
 }
 
-/// Of all lights' maps with their pull-push; the points on the surfaces are left out where they are timed by themselves.
+/// Of all lights' maps with their pull-push; the points on the surfaces are left out where they are timed by
+/// themselves.
 void FrameBench::measure_making_of_maps() {
   constexpr double kLights = 65536;
   const std::string stage = "maps, 65536";

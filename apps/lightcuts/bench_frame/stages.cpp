@@ -70,8 +70,8 @@ void FrameBench::measure_curve(std::uint64_t vpls) {
   measure_heap(32768);
 }
 
-/// The cut's picture, small, against the sum over all lights; with maps, which let light through walls that cuts leave out,
-/// against a cut of a twentieth of the error.
+/// The cut's picture, small, against the sum over all lights; with maps, which let light through walls that cuts leave
+/// out, against a cut of a twentieth of the error.
 void FrameBench::check_cut() {
   constexpr int side = 64;
   make_lights();

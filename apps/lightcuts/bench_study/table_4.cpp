@@ -1,5 +1,5 @@
-// Table 4: pull-push over atlases of 128x128 maps: as one texture, level by level, as the study did; and fused, each map
-// by itself, as the renderer does right after it has drawn one.
+// Table 4: pull-push over atlases of 128x128 maps: as one texture, level by level, as the study did; and fused, each
+// map by itself, as the renderer does right after it has drawn one.
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
@@ -41,7 +41,8 @@ void fill_each(Codes& row, std::size_t count) {
   });
 }
 
-/// Texels in which both ways differ. 128 is divisible by four, so with two levels no texel looks into its neighbour's map.
+/// Texels in which both ways differ. 128 is divisible by four, so with two levels no texel looks into its neighbour's
+/// map.
 std::size_t differing(const Codes& atlas, const Codes& row, std::size_t side) {
   std::size_t count = 0;
   for (std::size_t i = 0; i < side * side; ++i) {

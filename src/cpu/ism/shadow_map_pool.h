@@ -12,8 +12,8 @@
 
 namespace lightcuts {
 
-/// Thrown by a lookup whose map finds no room in the pool; whoever lights tiles waits for the others, clears the pool and
-/// lights the tile again.
+/// Thrown by a lookup whose map finds no room in the pool; whoever lights tiles waits for the others, clears the pool
+/// and lights the tile again.
 struct PoolIsFull {};
 
 /// Visibility by maps that are made when they are first looked up: only for lights that some pixel's cut asks for.

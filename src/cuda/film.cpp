@@ -1,6 +1,12 @@
 #include "cuda/film.h"
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
+#include <cstddef>
+#include <memory>
+#include <type_traits>
 
 #include "backend/picture_planes.h"
 #include "cuda/picture_kernels.h"
@@ -8,12 +14,20 @@
 namespace lightcuts::cuda {
 namespace {
 
+/// What lies in the device's memory, fetched. Not set to zero before, which would cost as much as the fetching.
 template <class T>
-std::vector<T> fetch(const DeviceBuffer<T>& buffer) {
-  std::vector<T> values(buffer.size());
-  buffer.download(values.data(), values.size());
-  return values;
-}
+class Fetched {
+  static_assert(std::is_trivially_copyable_v<T>);
+
+ public:
+  explicit Fetched(const DeviceBuffer<T>& buffer) : bytes_(new std::byte[buffer.size() * sizeof(T)]) {
+    buffer.download(reinterpret_cast<T*>(bytes_.get()), buffer.size());
+  }
+  const T& operator[](std::size_t i) const { return reinterpret_cast<const T*>(bytes_.get())[i]; }
+
+ private:
+  std::unique_ptr<std::byte[]> bytes_;
+};
 
 }  // namespace
 
@@ -76,16 +90,16 @@ Image DeviceFilm::image(std::uint32_t planes, std::uint32_t samples, std::uint32
     auto& weight = mark_incomplete(image).values;
     std::fill(weight.begin(), weight.end(), static_cast<float>(samples) / static_cast<float>(wanted));
   }
-  const auto radiance = fetch(radiance_);
-  const auto albedo = fetch(albedo_sum_), normal = fetch(normal_sum_);
-  const auto depth = fetch(depth_sum_);
-  const auto hits = fetch(hits_);
-  const auto cut_size = fetch(cut_size_sum_), cut_bound = fetch(cut_bound_most_);
+  const Fetched radiance(radiance_);
+  const Fetched albedo(albedo_sum_), normal(normal_sum_);
+  const Fetched depth(depth_sum_);
+  const Fetched hits(hits_);
+  const Fetched cut_size(cut_size_sum_), cut_bound(cut_bound_most_);
   const double share = samples > 0 ? 1.0 / samples : 0.0;
   const float plane_share = planes > 0 ? 1.0f / static_cast<float>(planes) : 0.0f;
-  for (std::uint32_t slot = 0; slot < grid_.slot_count(); ++slot) {
+  const auto write = [&](std::uint32_t slot) {
     const std::int32_t x = grid_.x_of(slot), y = grid_.y_of(slot);
-    if (x >= grid_.width || y >= grid_.height) continue;
+    if (x >= grid_.width || y >= grid_.height) return;
     const std::size_t pixel =
         static_cast<std::size_t>(y) * static_cast<std::size_t>(grid_.width) + static_cast<std::size_t>(x);
     PixelPlanes values{radiance[slot] * share, albedo[slot] * plane_share, normal[slot] * plane_share};
@@ -95,7 +109,10 @@ Image DeviceFilm::image(std::uint32_t planes, std::uint32_t samples, std::uint32
       values.cut_bound = cut_bound[slot];
     }
     set_pixel(image, pixel, values, with_cuts_);
-  }
+  };
+  tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, grid_.slot_count()), [&](const auto& slots) {
+    for (std::uint32_t slot = slots.begin(); slot < slots.end(); ++slot) write(slot);
+  });
   return image;
 }
 

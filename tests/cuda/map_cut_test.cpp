@@ -142,7 +142,7 @@ TEST_P(CutsByMaps, InLittleMemoryGiveTheSamePicture) {
     const Image all = shade(*gpu, Method::lightcuts, of_all);
     // The least that is accepted, and a little more.
     int accepted = 0;
-    for (std::uint64_t budget = 2 << 20; accepted < 4; budget += budget / 2) {
+    for (std::uint64_t budget = 2 << 20; accepted < (reduced() ? 2 : 4); budget += budget / 2) {
       ASSERT_LT(budget, std::uint64_t{1} << 30);
       gpu->forget_maps();
       try {

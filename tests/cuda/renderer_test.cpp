@@ -72,7 +72,7 @@ class Capped : public OnDevice {
     int pictures = 0, refused = 0;
     const std::uint64_t most = std::max(2 * peak, std::uint64_t{64} << 20);
     const auto next = [most](std::uint64_t bytes) {
-      return !reduced() ? bytes + bytes / 2 : bytes < most ? std::min(32 * bytes, most) : most + 1;
+      return !reduced() ? bytes + bytes / 2 : bytes < most ? most : most + 1;
     };
     for (std::uint64_t bytes = reduced() ? 65536 : 4096; bytes <= most; bytes = next(bytes)) {
       RenderOptions options = uncapped;

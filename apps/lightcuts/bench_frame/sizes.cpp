@@ -22,7 +22,7 @@ Sizes sizes_of(BenchScale scale) {
           65536,
           8192,
           3'000'000,
-          4};
+          3};
 }
 
 }  // namespace lightcuts::app::frame
